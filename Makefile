@@ -1,0 +1,41 @@
+# Two commands matter: `make run` serves the product, `make test` tests it. Both set up what they need.
+.DEFAULT_GOAL := help
+.PHONY: help setup setup-tests run test check contracts demo-human migration clean
+
+bin := .venv/bin
+# One file's tests stay in one process, since they share servers and trained runs.
+pytest := $(bin)/pytest --numprocesses auto --dist loadfile
+
+help: ## List these commands
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
+
+setup: ## Make .venv and install what the product needs
+	@scripts/setup product
+
+setup-tests:
+	@scripts/setup tests
+
+run: setup ## Serve the product at http://127.0.0.1:8000
+	@$(bin)/pebble up
+
+test: setup-tests ## Run every test but the demonstrations
+	@$(pytest)
+
+check: setup-tests ## Format, lint, types, tests: what must pass before a change lands
+	@$(bin)/ruff format --check .
+	@$(bin)/ruff check .
+	@$(bin)/mypy
+	@$(MAKE) --no-print-directory test
+
+contracts: setup-tests ## Run what every agent, environment, teacher and scheme must hold
+	@$(pytest) -m contracts
+
+demo-human: setup-tests ## Teach a cart pole through the browser, from the form to the windmill
+	@$(bin)/pytest -m demo
+
+migration: setup-tests ## Write the migration to today's tables: make migration NAME="what changes"
+	@$(bin)/python scripts/make_migration.py "$(NAME)"
+
+clean: ## Remove .venv and caches; data/ stays
+	rm -rf .venv .mypy_cache .pytest_cache .ruff_cache .hypothesis test-results
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

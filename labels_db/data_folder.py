@@ -1,0 +1,41 @@
+"""Where one installation keeps everything: database, artifacts, logs, token."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from labels_db.database import Database
+from labels_db.migrate import open_database
+from labels_db.storage import ArtifactStore
+
+
+@dataclass(frozen=True)
+class DataFolder:
+    """The folder given by `--data` or `PEBBLE_DATA`, `./data` by default."""
+
+    path: Path
+    artifacts_url: str | None = None
+
+    @property
+    def database_path(self) -> Path:
+        """The record."""
+        return self.path / "pebble.db"
+
+    @property
+    def token_path(self) -> Path:
+        return self.path / "token"
+
+    def log_path(self, run_id: str) -> Path:
+        return self.path / "logs" / f"{run_id}.log"
+
+    def events_path(self, run_id: str) -> Path:
+        """TensorBoard event files of a run."""
+        return self.path / "tensorboard" / run_id
+
+    def open_database(self) -> Database:
+        self.path.mkdir(parents=True, exist_ok=True)
+        return open_database(self.database_path)
+
+    def open_store(self) -> ArtifactStore:
+        return ArtifactStore(self.artifacts_url or str((self.path / "artifacts").resolve()))

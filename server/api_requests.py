@@ -1,0 +1,58 @@
+"""What the API takes, described for its OpenAPI document."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Path
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+LARGEST = 2**53 - 1
+"""The largest integer that every JSON reader keeps whole."""
+
+RunId = Annotated[str, Path(max_length=200, description="The run's id.", examples=["walker-walk-3fa2b1"])]
+Count = Annotated[int, Path(ge=0, le=LARGEST)]
+Title = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=120)]
+GoalText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)]
+
+
+class Asked(BaseModel):
+    """What a client sends; keys that are not known are refused."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class NewRun(Asked):
+    """A run to be queued."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "preset": "cartpole-windmill-clockwise",
+                    "settings": {"feedback.budget": "40", "feedback.teacher.kind": "oracle", "seed": "2"},
+                }
+            ]
+        }
+    )
+
+    preset: str = Field(description="Name of a preset, as `GET /api/presets` lists them.")
+    profile: str | None = Field(None, description="Profile of the preset; the first one when absent.")
+    title: Title | None = Field(None, description="What to call the run; the preset's title when absent.")
+    goal: GoalText | None = Field(None, description="What labellers look for; the preset's when absent.")
+    settings: dict[str, str] = Field(
+        default={}, description='Values by path, as `--set` takes them; `""` empties an optional one.'
+    )
+
+
+class Extension(Asked):
+    """More of a run: new totals, not additions."""
+
+    total_steps: int | None = Field(None, ge=1, le=LARGEST, examples=[80_000])
+    budget: int | None = Field(None, ge=1, le=LARGEST, description="Answers in all.", examples=[100])
+
+
+class NewGoal(Asked):
+    """Better words for what labellers look for."""
+
+    text: GoalText = Field(examples=["Prefer the clip in which the pole turns faster and more evenly."])

@@ -1,0 +1,78 @@
+"""The web application: one function puts its parts together."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Collection
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+from starlette.routing import Mount
+
+from labels_db.data_folder import DataFolder
+from server import (
+    api_records,
+    api_runs,
+    artifacts,
+    dashboard,
+    errors,
+    labelling,
+    run_page,
+    sign_in,
+)
+from server.access_log import AccessLog
+from server.security import Gate
+from server.services import Services
+from server.sessions import Sessions
+from server.templating import WEB, VersionedFiles, make_templates, static_version
+from server.token import TokenFile
+
+ROUTERS = (
+    sign_in.router,
+    api_runs.router,
+    api_records.router,
+    dashboard.router,
+    run_page.router,
+    artifacts.router,
+    labelling.router,
+)
+
+
+def create_app(data: DataFolder, *, hosts: Collection[str] = ()) -> FastAPI:
+    """The application on one data folder; `hosts` are names it answers to besides this machine's own."""
+    app = FastAPI(
+        title="Pebble",
+        description="Teach a simulated robot by choosing between pairs of one-second clips.",
+        openapi_url="/api/openapi.json",
+        docs_url=None,  # FastAPI's documentation pages load scripts from elsewhere
+        redoc_url=None,
+        lifespan=_lifespan(data),
+    )
+    version = static_version()
+    app.state.templates = make_templates(version)
+    app.state.sessions = Sessions(TokenFile(data))
+    for router in ROUTERS:
+        app.include_router(router)
+    app.get("/healthz", include_in_schema=False)(health)
+    app.router.routes.append(Mount(f"/static/{version}", VersionedFiles(directory=WEB / "static")))
+    errors.install(app)
+    app.add_middleware(Gate, sessions=app.state.sessions, hosts=hosts, refuse=errors.complain)
+    app.add_middleware(AccessLog)
+    return app
+
+
+def health() -> dict[str, str]:
+    """Says that the server answers."""
+    return {"status": "ok"}
+
+
+def _lifespan(data: DataFolder):  # type: ignore[no-untyped-def]
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        database = data.open_database()
+        try:
+            app.state.services = Services(data=data, database=database, store=data.open_store())
+            yield
+        finally:
+            database.close()
+
+    return lifespan

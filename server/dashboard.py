@@ -1,0 +1,115 @@
+"""The dashboard: every run in one look, and the form that starts another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fastapi import APIRouter, Request
+from pydantic import TypeAdapter, ValidationError
+from starlette.responses import RedirectResponse, Response
+
+from labels_db.models import utc_now
+from labels_db.overrides import SettingError, with_kinds
+from labels_db.overview import overviews
+from labels_db.presets import Preset, presets
+from server.api_requests import GoalText, Title
+from server.forms import Typed
+from server.new_run import chosen_config, chosen_preset, queue_run
+from server.run_form import complaints, fill_form, settings_in
+from server.run_view import view
+from server.services import Services, ServicesDep
+from server.templating import render
+
+router = APIRouter(include_in_schema=False)
+
+_WORDS: Mapping[str, TypeAdapter[str]] = {"title": TypeAdapter(Title), "goal": TypeAdapter(GoalText)}
+
+
+@dataclass(frozen=True)
+class PresetGroup:
+    """Presets that are answered by people, or by scripts."""
+
+    title: str
+    text: str
+    people: bool
+
+    @property
+    def presets(self) -> list[Preset]:
+        return [preset for preset in presets().values() if preset.config().asks_people is self.people]
+
+
+GROUPS = (
+    PresetGroup(
+        "Teach a behaviour yourself",
+        "You answer some fifty pairs, a few at a time, while the robot practises. About half an hour.",
+        people=True,
+    ),
+    PresetGroup(
+        "Let a scripted teacher do it",
+        "A script that knows the task's true reward answers at once. Good for a first look.",
+        people=False,
+    ),
+)
+
+
+@router.get("/")
+def dashboard(request: Request, services: ServicesDep) -> Response:
+    """Every run, and the ways to start one."""
+    now = utc_now()
+    with services.database.read() as session:
+        runs = [view(seen, now) for seen in overviews(session)]
+    return render(request, "dashboard.html", runs=runs, groups=GROUPS, first=not runs)
+
+
+@router.get("/new")
+def new(request: Request, services: ServicesDep, preset: str = "", profile: str = "") -> Response:
+    """The form of a preset, with whatever the address already says."""
+    if not preset:
+        return render(request, "new.html", form=None, groups=GROUPS, first=True)
+    return _form(request, services, chosen_preset(preset), profile, request.query_params, {})
+
+
+@router.post("/new")
+def create(request: Request, services: ServicesDep, typed: Typed) -> Response:
+    """Queue the run that the form describes, or show the form again with what is wrong."""
+    preset, profile = chosen_preset(typed.get("preset", "")), typed.get("profile", "")
+    errors = _word_errors(typed)
+    try:
+        shape = with_kinds(chosen_config(preset, profile or None, {}), typed)
+        config = chosen_config(preset, profile or None, settings_in(shape, typed))
+    except SettingError as error:
+        errors |= complaints(error)
+    if errors:
+        return _form(request, services, preset, profile, typed, errors)
+    with services.database.write() as session:
+        run = queue_run(session, preset, config, title=typed["title"].strip(), goal=typed["goal"].strip())
+    return RedirectResponse(f"/runs/{run.id}", status_code=303)
+
+
+def _form(
+    request: Request,
+    services: Services,
+    preset: Preset,
+    profile: str,
+    given: Mapping[str, str],
+    errors: Mapping[str, str],
+) -> Response:
+    chosen_config(preset, profile or None, {})
+    form = fill_form(preset, profile or next(iter(preset.profiles)), given, errors, services.data.path)
+    return render(request, "new.html", status=422 if errors else 200, form=form, groups=GROUPS, first=False)
+
+
+def _word_errors(typed: Mapping[str, str]) -> dict[str, str]:
+    """What is wrong with the name and the goal."""
+    errors = {}
+    for name, words in _WORDS.items():
+        try:
+            words.validate_python(typed.get(name, ""))
+        except ValidationError as error:
+            errors[name] = "is missing" if not typed.get(name, "").strip() else _too_long(error)
+    return errors
+
+
+def _too_long(error: ValidationError) -> str:
+    return f"may have {error.errors()[0]['ctx']['max_length']} characters at most"

@@ -1,0 +1,91 @@
+"""Where errors become status codes, here and nowhere else: JSON under /api, a page elsewhere."""
+
+from __future__ import annotations
+
+from http import HTTPStatus
+
+from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+
+from labels_db.errors import ConflictError, NotFoundError
+from labels_db.overrides import SettingError
+from labels_db.storage import ArtifactError
+from server.security import HEADERS
+from server.templating import render
+
+TITLES = {
+    401: "Sign in",
+    403: "Not from here",
+    404: "Nothing here",
+    405: "Not that way",
+    409: "Not now",
+    413: "Too large",
+    422: "Something does not fit",
+    500: "That went wrong",
+}
+
+
+def complain(
+    request: Request, status: int, reason: str, *, field: str = "", headers: dict[str, str] | None = None
+) -> Response:
+    """The answer to a request that cannot be met: what was wrong and, where one is to blame, which field."""
+    if status == 401:
+        headers = {"WWW-Authenticate": "Bearer", **(headers or {})}
+    if request.url.path.startswith("/api"):
+        detail = {"detail": [{"field": field, "reason": reason}]}
+        return JSONResponse(detail, status_code=status, headers=headers)
+    template = "sign_in.html" if status == 401 else "error.html"
+    title = TITLES.get(status) or HTTPStatus(status).phrase
+    return render(request, template, status=status, headers=headers, title=title, field=field, reason=reason)
+
+
+def install(app: FastAPI) -> None:
+    """Give every error that a handler may raise its answer."""
+    app.exception_handler(NotFoundError)(_of(404))
+    app.exception_handler(ArtifactError)(_of(404))
+    app.exception_handler(ConflictError)(_of(409))
+    app.exception_handler(ValueError)(_value)
+    app.exception_handler(HTTPException)(_http)
+    app.exception_handler(RequestValidationError)(_request)
+    app.exception_handler(Exception)(_unexpected)
+
+
+def _of(status: int):  # type: ignore[no-untyped-def]
+    def handler(request: Request, error: Exception) -> Response:
+        return complain(request, status, str(error))
+
+    return handler
+
+
+def _value(request: Request, error: Exception) -> Response:
+    if isinstance(error, SettingError):
+        return complain(request, 422, error.message, field=error.path)
+    return complain(request, 422, str(error))
+
+
+def _http(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    reason = "There is no such page." if error.status_code == 404 else str(error.detail)
+    headers = dict(error.headers or {})
+    return complain(request, error.status_code, reason, headers=headers)
+
+
+def _request(request: Request, error: Exception) -> Response:
+    """The first complaint of the request's own validation, with the path of the field in the request."""
+    assert isinstance(error, RequestValidationError)
+    first = error.errors()[0]
+    field = ".".join(str(part) for part in first["loc"][1:]) or str(first["loc"][0])
+    return complain(request, 422, first["msg"].removeprefix("Value error, "), field=field)
+
+
+def _unexpected(request: Request, _error: Exception) -> Response:
+    # Answered outside of the gate, which adds these to everything else.
+    return complain(
+        request,
+        500,
+        "Pebble could not do that. The server's log says why.",
+        headers={**HEADERS, "Cache-Control": "no-store"},
+    )

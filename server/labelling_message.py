@@ -1,0 +1,119 @@
+"""Why there is no pair just now, in a sentence that says what happens next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+
+from labels_db.labelling import Queue
+from labels_db.models import ALIVE, Desired, RunState
+from labels_db.runs import STALE_AFTER
+from server.labelling_models import MessageKind, MessageOut
+from server.words import duration, number
+
+Reason = Callable[[Queue, datetime], MessageOut | None]
+
+KEPT = "Your answers are kept."
+BY_ITSELF = "This page goes on by itself."
+
+
+def empty_message(queue: Queue, now: datetime) -> MessageOut:
+    """The first reason that applies; training goes on where none of the others does."""
+    reasons: tuple[Reason, ...] = (_over, _all_answered, _not_begun, _held_up, _on_their_way)
+    found = (reason(queue, now) for reason in reasons)
+    return next((message for message in found if message), None) or _training(queue, now)
+
+
+def _say(kind: MessageKind, *sentences: str, seconds: float | None = None) -> MessageOut:
+    return MessageOut(kind=kind, sentence=" ".join(filter(None, sentences)), seconds=seconds)
+
+
+def _over(queue: Queue, _now: datetime) -> MessageOut | None:
+    """Nothing will come, whatever was answered."""
+    step, state = number(queue.run.step), queue.run.state
+    if queue.run.archived:
+        return _say("archived", "This run is archived: its queries can no longer be answered.")
+    if not queue.asks_people:
+        return _say("scripted", "Nobody needs to answer here: this run has a scripted teacher or none.")
+    if state is RunState.FINISHED:
+        return _say("finished", f"The training is finished, after {step} steps.", _given(queue))
+    if state is RunState.FAILED:
+        return _say("failed", f"The training broke off at step {step}; the run's page says why.", KEPT)
+    if state is RunState.STOPPED:
+        return _say("stopped", f"Stopped at step {step}. Resume continues from there.", KEPT)
+    return None
+
+
+def _given(queue: Queue) -> str:
+    given, budget = queue.progress.given, queue.progress.budget
+    return "" if given >= budget else f"It learned from {given} of {budget} answers."
+
+
+def _all_answered(queue: Queue, now: datetime) -> MessageOut | None:
+    if queue.progress.remaining:
+        return None
+    left = _seconds_to(queue, queue.total_steps, now)
+    more = f"about {_span(left)} more" if left is not None else "for a while"
+    thanks = f"All {queue.progress.budget} answers are given. Thank you."
+    return _say("answered", thanks, f"The agent goes on training with them, {more}.")
+
+
+def _not_begun(queue: Queue, _now: datetime) -> MessageOut | None:
+    state = queue.run.state
+    if state is RunState.QUEUED:
+        ahead = (queue.place or 1) - 1
+        runs = "1 other run" if ahead == 1 else f"{ahead} other runs"
+        where = f"This run waits behind {runs}." if ahead else "This run is the next to start."
+        return _say("queued", where, "Pairs come a while after it has started.")
+    if state is RunState.STARTING:
+        return _say("starting", "The run is starting. The first pairs come once the robot has moved a while.")
+    if state is RunState.INTERRUPTED:
+        return _say("interrupted", "The training was interrupted and starts again by itself.", KEPT)
+    return None
+
+
+def _held_up(queue: Queue, now: datetime) -> MessageOut | None:
+    run = queue.run
+    if run.state is RunState.PAUSED or run.desired is Desired.PAUSE:
+        return _say("paused", f"Paused at step {number(run.step)}. Pairs come again once the run is resumed.")
+    if run.desired is Desired.STOP:
+        return _say("stopped", f"The run is stopping at step {number(run.step)}.", KEPT)
+    if run.state in ALIVE and run.heartbeat_at and now - run.heartbeat_at > STALE_AFTER:
+        silence = duration((now - run.heartbeat_at).total_seconds())
+        return _say("silent", f"The trainer has been silent for {silence}; it will be started again.", KEPT)
+    return None
+
+
+def _on_their_way(queue: Queue, _now: datetime) -> MessageOut | None:
+    progress, run = queue.progress, queue.run
+    if progress.rendering:
+        coming = "1 pair is" if progress.rendering == 1 else f"{progress.rendering} pairs are"
+        return _say("rendering", f"{coming} being drawn: the first is ready in a moment.")
+    if progress.open:
+        left = "The last pair is" if progress.open == 1 else f"The {progress.open} pairs that are left are"
+        return _say("others", f"{left} with other labellers just now.", BY_ITSELF)
+    if run.state is RunState.WAITING:
+        wanted = "1 answer" if run.wanted_answers == 1 else f"{run.wanted_answers} answers"
+        return _say("waiting", f"The agent waits for {wanted}: the next pairs are on their way.")
+    return None
+
+
+def _training(queue: Queue, now: datetime) -> MessageOut:
+    left = _seconds_to(queue, queue.run.next_session_step, now)
+    if left is None:
+        return _say("training", "The agent is training: the next pairs come in a while.", BY_ITSELF)
+    when = f"in about {_span(left)}" if left >= 1 else "any moment now"
+    return _say("training", f"The agent is training: next pairs {when}.", seconds=left)
+
+
+def _seconds_to(queue: Queue, step: int | None, now: datetime) -> float | None:
+    """Seconds until the run reaches that step at its present pace, counted on since its last heartbeat."""
+    run = queue.run
+    if step is None or not run.steps_per_second or run.heartbeat_at is None:
+        return None
+    since = (now - run.heartbeat_at).total_seconds()
+    return max(0.0, (step - run.step) / run.steps_per_second - since)
+
+
+def _span(seconds: float) -> str:
+    return duration(max(1.0, seconds))

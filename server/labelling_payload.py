@@ -1,0 +1,98 @@
+"""Rows as the labelling page sees them: sides already swapped, and nothing that could lead an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+
+from sqlalchemy.orm import Session
+
+from labels_db.labelling import Queue, load_clips, queue_of
+from labels_db.models import Answer, Lease, Segment
+from server.labelling_message import empty_message
+from server.labelling_models import (
+    AnswerOut,
+    ClipOut,
+    GoalOut,
+    LeaseOut,
+    LeasesOut,
+    QueueOut,
+    RetractionOut,
+)
+
+
+def leases_out(session: Session, leases: Sequence[Lease], queue: Queue, now: datetime) -> LeasesOut:
+    """The labeller's pairs and the state of the queue."""
+    return LeasesOut(leases=shown(session, leases), queue=queue_out(queue, now))
+
+
+def shown(session: Session, leases: Sequence[Lease]) -> list[LeaseOut]:
+    """Those of the leases that can be shown: both clips are rendered."""
+    load_clips(session, leases)
+    return [lease_out(lease) for lease in leases if lease.query.first.clip and lease.query.second.clip]
+
+
+def lease_out(lease: Lease) -> LeaseOut:
+    first, second = lease.query.first, lease.query.second
+    left, right = (second, first) if lease.swapped else (first, second)
+    return LeaseOut(
+        lease_id=lease.id,
+        query_id=lease.query_id,
+        expires_at=lease.expires_at,
+        left=_clip(left),
+        right=_clip(right),
+    )
+
+
+def _clip(segment: Segment) -> ClipOut:
+    clip = segment.clip
+    assert clip is not None, f"segment {segment.id} has no clip"
+    return ClipOut(
+        url=f"/artifacts/clips/{segment.id}",
+        frames=clip.frames,
+        rows=clip.rows,
+        columns=clip.columns,
+        width=clip.width,
+        height=clip.height,
+        duration=clip.duration,
+        times=clip.times,
+    )
+
+
+def queue_out(queue: Queue, now: datetime) -> QueueOut:
+    progress, goal = queue.progress, queue.goal
+    return QueueOut(
+        state=queue.run.state,
+        given=progress.given,
+        budget=progress.budget,
+        remaining=progress.remaining,
+        open=progress.open,
+        available=queue.available,
+        rendering=progress.rendering,
+        message=None if queue.available else empty_message(queue, now),
+        goal=goal and GoalOut(version=goal.version, text=goal.text),
+        taught=f"{queue.video_step}-{queue.fits}",
+    )
+
+
+def queue_now(session: Session, run_id: str, labeller_id: int, now: datetime) -> QueueOut:
+    return queue_out(queue_of(session, run_id, labeller_id, now=now), now)
+
+
+def answer_out(answer: Answer) -> AnswerOut:
+    assert answer.lease_id is not None, "a retraction is no answer"
+    assert answer.pressed is not None, "a retraction is no answer"
+    return AnswerOut(
+        answer_id=answer.answer_id,
+        lease_id=answer.lease_id,
+        query_id=answer.query_id,
+        pressed=answer.pressed,
+        sequence=answer.sequence,
+        answered_at=answer.answered_at,
+    )
+
+
+def retraction_out(retraction: Answer, target_id: str) -> RetractionOut:
+    return RetractionOut(
+        retraction_id=retraction.answer_id, answer_id=target_id, sequence=retraction.sequence
+    )

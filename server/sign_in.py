@@ -1,0 +1,33 @@
+"""Signing in: the form on the page that refuses, for people who have the token but not the link."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Form, Request
+from starlette.responses import RedirectResponse, Response
+
+from server.errors import complain
+from server.forms import local_path
+from server.sessions import Sessions
+
+router = APIRouter(include_in_schema=False)
+
+
+@router.post("/sign-in")
+def sign_in(
+    request: Request, token: Annotated[str, Form()] = "", back: Annotated[str, Form()] = "/"
+) -> Response:
+    """Take the token from the form and go back to the page that wanted it."""
+    sessions: Sessions = request.app.state.sessions
+    if not sessions.is_token(token.strip()):
+        return complain(request, 401, "That token does not open this Pebble. It may have been renewed.")
+    response = RedirectResponse(local_path(back), status_code=303)
+    sessions.sign_in(request, response)
+    return response
+
+
+@router.get("/sign-in")
+def form(request: Request) -> Response:
+    """The form by itself."""
+    return complain(request, 401, "This page needs the access token.")

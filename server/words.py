@@ -1,0 +1,62 @@
+"""Numbers, sizes and times as people say them."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from labels_db.models import utc_now
+
+THIN = "\N{NARROW NO-BREAK SPACE}"
+
+
+def number(value: int) -> str:
+    """A count, its thousands apart: 12 400."""
+    return f"{value:,}".replace(",", THIN).replace("-", "−")
+
+
+def decimal(value: float | None, places: int = 1) -> str:
+    """A measured number, or a dash where there is none yet."""
+    if value is None:
+        return "–"
+    return f"{value:,.{places}f}".replace(",", THIN).replace("-", "−")
+
+
+def size(count: int) -> str:
+    """Bytes in the unit that reads best."""
+    value, units = float(count), ["bytes", "kB", "MB", "GB", "TB"]
+    while value >= 1000 and len(units) > 1:
+        value, units = value / 1000, units[1:]
+    places = 1 if value < 10 and units[0] != "bytes" else 0
+    return f"{value:.{places}f} {units[0]}"
+
+
+def duration(seconds: float) -> str:
+    """A stretch of time in its largest sensible unit: 20 s, 3 min, 2 h, 5 days."""
+    for limit, unit, name in ((90, 1, "s"), (5400, 60, "min"), (48 * 3600, 3600, "h")):
+        if seconds < limit:
+            return f"{max(0, round(seconds / unit))} {name}"
+    return f"{round(seconds / 86400)} days"
+
+
+def ago(moment: datetime | None, now: datetime | None = None) -> str:
+    """How long ago, or "never"."""
+    if moment is None:
+        return "never"
+    seconds = ((now or utc_now()) - moment).total_seconds()
+    return "just now" if seconds < 2 else f"{duration(seconds)} ago"
+
+
+def exact(moment: datetime) -> str:
+    """The moment to the second, for hovering."""
+    return moment.strftime("%Y-%m-%d %H:%M:%S UTC")
+
+
+def plural(count: int, noun: str) -> str:
+    """A count of things: 1 answer, 6 answers, 3 queries."""
+    several = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number(count)} {noun if count == 1 else several}"
+
+
+def percent(share: float | None) -> str:
+    """A share in percent, or a dash where there is none."""
+    return "–" if share is None else f"{share:.0%}"

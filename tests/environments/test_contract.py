@@ -1,0 +1,72 @@
+"""What every environment promises: exact resume, episodes made of their seed, shapes and times."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from labels_db.catalogue import entry
+from tests.environments.given import ALL, SAMPLE, Config, actions, name, started
+from trainer.environments import Environment, EnvironmentState, make_environment
+
+
+def assert_same_future(first: Environment, second: Environment, steps: int) -> None:
+    for action in actions(first, steps):
+        mine, theirs = first.step(action), second.step(action)
+        np.testing.assert_array_equal(mine[0], theirs[0])
+        assert mine[1:] == theirs[1:]
+        np.testing.assert_array_equal(first.physics_state(), second.physics_state())
+
+
+def assert_resumes(config: Config) -> None:
+    """50 steps in, through JSON, into an environment that was elsewhere: 100 steps bit by bit the same."""
+    first, second = started(config, seed=7), started(config, seed=99)
+    for action in actions(first, 50):
+        first.step(action)
+    observation = second.set_state(EnvironmentState.from_json(first.get_state().to_json()))
+    np.testing.assert_array_equal(observation, first.get_state().observation)
+    assert_same_future(first, second, 100)
+
+
+@pytest.mark.parametrize("config", SAMPLE, ids=name)
+def test_resume_is_exact(config: Config) -> None:
+    assert_resumes(config)
+
+
+@pytest.mark.contracts
+@pytest.mark.parametrize("config", ALL, ids=name)
+def test_resume_is_exact_everywhere(config: Config) -> None:
+    assert_resumes(config)
+
+
+@pytest.mark.parametrize("config", SAMPLE, ids=name)
+def test_a_seed_determines_its_episode(config: Config) -> None:
+    first, second = make_environment(config), started(config, seed=99)
+    second.step(actions(second, 1)[0])
+    start, _ = first.reset(seed=2**40 + 1)
+    again, _ = second.reset(seed=2**40 + 1)
+    np.testing.assert_array_equal(start, again)
+    assert_same_future(first, second, 20)
+    other, _ = first.reset(seed=5)
+    assert not np.array_equal(other, start)
+
+
+@pytest.mark.parametrize("config", SAMPLE, ids=name)
+def test_sizes_are_those_of_the_catalogue(config: Config) -> None:
+    environment, known = started(config), entry(config.name)
+    observation, reward, *_ = environment.step(actions(environment, 1)[0])
+    assert observation.dtype == np.float32
+    assert observation in environment.observation_space
+    assert isinstance(reward, float)
+    assert observation.shape == (known.observation_size,)
+    assert environment.action_space.shape == (known.action_size,)
+    assert environment.physics_state().shape == (known.state_size,) == (environment.state_size,)
+    assert environment.physics_state().dtype == np.float64
+
+
+def test_observations_are_not_overwritten_later() -> None:
+    environment = started(SAMPLE[1])
+    kept, *_ = environment.step(actions(environment, 1)[0])
+    copy = kept.copy()
+    environment.step(-actions(environment, 1)[0])
+    np.testing.assert_array_equal(kept, copy)

@@ -1,0 +1,232 @@
+"""The rendering process: its pictures, its deaths, its order of work."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import av
+import numpy as np
+import pytest
+
+from labels_db.run_config import Behaviour, Clips, DMControl
+from tests.rendering.given import CART_POLE, SEED, frames, lived
+from trainer.environments import PhysicsState
+from trainer.rendering import (
+    EncodedClip,
+    Renderer,
+    RenderingError,
+    RenderingLost,
+    RenderingUnavailable,
+    check_rendering,
+    verify_clip,
+)
+from trainer.rendering.sheet import MAX_BYTES, Frame
+
+NO_VENDORS = "__EGL_VENDOR_LIBRARY_FILENAMES"  # GLVND's list of drivers: none there, no EGL
+WAIT = 60.0
+
+
+@pytest.fixture(scope="module")
+def renderer() -> Iterator[Renderer]:
+    with Renderer(CART_POLE, Clips()) as shared:
+        yield shared
+
+
+@pytest.fixture(scope="module")
+def states() -> PhysicsState:
+    return lived(CART_POLE, 100)
+
+
+@pytest.mark.parametrize("task", ["walker-walk", "quadruped-walk", "cartpole-swingup", "humanoid-walk"])
+def test_clips_are_light(task: str) -> None:
+    config = DMControl(task=task)
+    with Renderer(config, Clips()) as own:
+        clip = own.clip(SEED, lived(config, 50), 0.02).result(WAIT)
+    verify_clip(clip)
+    assert 10_000 < len(clip.data) <= MAX_BYTES
+    assert (clip.frames, clip.rows, clip.columns, clip.width, clip.height) == (25, 5, 5, 320, 240)
+    assert clip.duration == pytest.approx(1.0)
+    assert clip.times == pytest.approx([0.04 * index for index in range(25)])
+
+
+def test_a_state_is_drawn_the_same_again(renderer: Renderer, states: PhysicsState) -> None:
+    first, other, again = (renderer.clip(seed, states[:20], 0.01) for seed in (SEED, 9, SEED))
+    assert first.result(WAIT) == again.result(WAIT)
+    verify_clip(other.result(WAIT))
+
+
+@pytest.mark.parametrize("task", ["reacher-easy", "quadruped-escape"])
+def test_a_restored_state_looks_like_the_live_scene(task: str) -> None:
+    """Both move things at reset: the target, the terrain."""
+    command = [sys.executable, "-m", "tests.rendering.live_scene", task]
+    done = subprocess.run(
+        command, env={**os.environ, "MUJOCO_GL": "egl"}, capture_output=True, text=True, check=True
+    )
+    difference, to_another_episode = map(int, done.stdout.split())
+    assert difference == 0
+    assert to_another_episode > 50
+
+
+def pole_angle(frame: Frame) -> float:
+    """Where the pole points, in radians clockwise from straight up, from the picture alone."""
+    red, green, blue = np.moveaxis(frame.astype(int), -1, 0)
+    down, right = np.nonzero((red > blue + 50) & (red > green + 15))
+    cart = (frame.shape[0] / 2, frame.shape[1] / 2)
+    tip = np.argmax(np.hypot(down - cart[0], right - cart[1]))
+    return math.atan2(right[tip] - cart[1], cart[0] - down[tip])
+
+
+@pytest.mark.parametrize(("way", "sign"), [("clockwise", 1), ("counter-clockwise", -1)])
+def test_a_windmill_turns_the_wished_way_as_seen(renderer: Renderer, way: str, sign: int) -> None:
+    from tests.environments.given import started
+
+    environment = started(Behaviour(behaviour=f"cartpole-windmill-{way}"), SEED)
+    environment.scene.data.qvel[1] = sign * 4 * math.pi  # two turns a second, from hanging down
+    environment.set_state(environment.get_state())
+    turning, rewards = [], []
+    for _ in range(100):
+        turning.append(environment.physics_state())
+        _, reward, _, _, info = environment.step(np.zeros(1, np.float32))
+        rewards.append(reward)
+    pictures = frames(renderer.clip(SEED, np.array(turning), 0.01).result(WAIT))
+    steps = np.diff([pole_angle(picture) for picture in pictures])
+    seen = ((steps + math.pi) % (2 * math.pi) - math.pi).sum() / (2 * math.pi)
+    assert min(rewards) > 0
+    assert info["measures"]["turns"] > 1
+    assert sign * seen == pytest.approx(info["measures"]["turns"] * 96 / 100, abs=0.15)
+
+
+def decoded(video: bytes) -> list[av.VideoFrame]:
+    with av.open(io.BytesIO(video)) as container:
+        return list(container.decode(video=0))
+
+
+def test_videos_play_in_real_time(renderer: Renderer, states: PhysicsState) -> None:
+    video = renderer.video(SEED, states, 0.01).result(WAIT)
+    pictures = decoded(video)
+    assert len(pictures) == 25  # every fourth step of 0.01 s
+    assert pictures[-1].time == pytest.approx(0.96, abs=1e-3)
+    assert (pictures[0].width, pictures[0].height) == (320, 240)
+    assert video.index(b"moov") < video.index(b"mdat")  # so that a browser can seek at once
+
+
+def test_a_video_of_odd_size_becomes_even(states: PhysicsState) -> None:
+    with Renderer(CART_POLE, Clips(width=65, height=67)) as odd:
+        picture = decoded(odd.video(SEED, states[:4], 0.05).result(WAIT))[0]
+    assert (picture.width, picture.height) == (64, 66)
+
+
+def test_clips_go_before_a_video_that_began(renderer: Renderer, states: PhysicsState) -> None:
+    video = renderer.video(SEED, np.tile(states, (10, 1)), 0.04)
+    clip = renderer.clip(SEED, states, 0.01)
+    verify_clip(clip.result(WAIT))
+    assert not video.done()
+    video.result(2 * WAIT)
+
+
+def test_a_bad_request_fails_alone(renderer: Renderer, states: PhysicsState) -> None:
+    bad, good = renderer.clip(SEED, states[:, :5], 0.01), renderer.clip(SEED, states[:20], 0.01)
+    with pytest.raises(RenderingError, match=r"a clip: .*shape \(5,\).*cartpole-swingup has shape \(28,\)"):
+        bad.result(WAIT)
+    verify_clip(good.result(WAIT))
+
+
+def kill(victim: Renderer) -> None:
+    """Kill the process as soon as there is one that draws."""
+    deadline = time.monotonic() + WAIT
+    while victim.process_id is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert victim.process_id is not None
+    os.kill(victim.process_id, signal.SIGKILL)
+
+
+def wait_for_new(victim: Renderer, old: int | None) -> None:
+    deadline = time.monotonic() + WAIT
+    while victim.process_id == old and time.monotonic() < deadline:
+        time.sleep(0.01)
+
+
+def test_a_killed_process_comes_back_three_times(states: PhysicsState) -> None:
+    with Renderer(CART_POLE, Clips(width=64, height=64)) as victim:
+        clips = [victim.clip(SEED, states, 0.01) for _ in range(2)]
+        kill(victim)
+        for clip in clips:
+            verify_clip(clip.result(WAIT))
+        video = victim.video(SEED, np.tile(states, (100, 1)), 0.04)
+        for _ in range(3):
+            old = victim.process_id
+            kill(victim)
+            wait_for_new(victim, old)
+        with pytest.raises(RenderingLost, match=r"died 4 times, the last one ended with code -9"):
+            video.result(WAIT)
+        with pytest.raises(RenderingLost):
+            victim.clip(SEED, states, 0.01).result(WAIT)
+
+
+def test_closing_fails_what_was_not_drawn(states: PhysicsState) -> None:
+    closed = Renderer(CART_POLE, Clips())
+    clip = closed.clip(SEED, states, 0.01)
+    closed.close()
+    with pytest.raises(RenderingLost, match="closed"):
+        clip.result(WAIT)
+    with pytest.raises(RenderingLost, match="closed"):
+        closed.clip(SEED, states, 0.01).result(WAIT)
+
+
+def test_an_unused_renderer_starts_nothing() -> None:
+    with Renderer(CART_POLE, Clips()) as unused:
+        assert unused.process_id is None
+
+
+def test_osmesa_draws_where_egl_cannot(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(NO_VENDORS, os.devnull)
+    assert check_rendering() == "osmesa"
+
+
+def test_without_opengl_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(NO_VENDORS, os.devnull)
+    needed = r"egl: .*apt-get install libegl1 libgl1-mesa-dri libosmesa6"
+    with pytest.raises(RenderingUnavailable, match=needed):
+        check_rendering(backends=("egl",))
+    with Renderer(CART_POLE, Clips(), backends=("egl",)) as blind, pytest.raises(RenderingUnavailable):
+        blind.clip(SEED, np.zeros((20, 28)), 0.01).result(WAIT)
+
+
+ORPHAN = """
+import numpy, os, sys, time
+from labels_db.run_config import Clips, DMControl
+from trainer.rendering import Renderer
+renderer = Renderer(DMControl(task="cartpole-swingup"), Clips())
+renderer.clip(3, numpy.zeros((20, 28)), 0.01).result()
+print(renderer.process_id, flush=True)
+os.kill(os.getpid(), 9)
+"""
+
+
+def test_the_process_leaves_with_its_parent() -> None:
+    done = subprocess.run([sys.executable, "-c", ORPHAN], capture_output=True, text=True, check=False)
+    child, deadline = int(done.stdout), time.monotonic() + 10
+    while os.path.exists(f"/proc/{child}") and time.monotonic() < deadline:  # noqa: PTH110
+        time.sleep(0.05)
+    assert not os.path.exists(f"/proc/{child}")  # noqa: PTH110
+
+
+def test_importing_loads_no_opengl() -> None:
+    code = (
+        "import sys, trainer.rendering;"
+        "print([m for m in ('mujoco', 'dm_control', 'OpenGL', 'glfw', 'torch') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_clips_compare_by_value() -> None:
+    clip = EncodedClip(b"", 1, 1, 1, 2, 2, 0.1, (0.0,))
+    assert clip == EncodedClip(b"", 1, 1, 1, 2, 2, 0.1, (0.0,))

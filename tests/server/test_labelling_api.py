@@ -1,0 +1,331 @@
+"""The labelling API: lease, answer, retract, release, and what they refuse."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from labels_db.data_folder import DataFolder
+from labels_db.database import Database
+from labels_db.models import Choice, Pressed, RunState
+from labels_db.queries import choice_of
+from labels_db.storage import ArtifactStore
+from server.app import create_app
+from server.token import access_token
+from tests.labelling_rig import GOAL, LabelRun, has_true_return
+
+RUN = "/api/runs/mill"
+
+
+def new_id() -> str:
+    return str(uuid.uuid4())
+
+
+@pytest.fixture
+def run(database: Database, store: ArtifactStore) -> LabelRun:
+    return LabelRun(database, store).begin()
+
+
+def client(data: DataFolder, name: str) -> AbstractContextManager[TestClient]:
+    """A client that is signed in and goes by a name."""
+    made = TestClient(create_app(data), base_url="http://127.0.0.1")
+    made.headers["Authorization"] = f"Bearer {access_token(data)}"
+    made.cookies.set("pebble_labeller", name)
+    return made
+
+
+@pytest.fixture
+def ann(data: DataFolder) -> Iterator[TestClient]:
+    with client(data, "Ann") as made:
+        yield made
+
+
+@pytest.fixture
+def bob(data: DataFolder) -> Iterator[TestClient]:
+    with client(data, "Bob") as made:
+        yield made
+
+
+def lease(who: TestClient, count: int = 1) -> list[dict[str, Any]]:
+    reply = who.post(f"{RUN}/leases", json={"count": count})
+    assert reply.status_code == 200, reply.text
+    leases: list[dict[str, Any]] = reply.json()["leases"]
+    return leases
+
+
+def answer(who: TestClient, lease_id: int, pressed: str = "left", **more: Any) -> Any:
+    body = {"answer_id": new_id(), "lease_id": lease_id, "pressed": pressed, **more}
+    return who.post(f"{RUN}/answers", json=body)
+
+
+def reason(reply: Any) -> dict[str, str]:
+    said: dict[str, str] = reply.json()["detail"][0]
+    return said
+
+
+def test_a_lease_has_two_clips_and_nothing_that_leads(run: LabelRun, ann: TestClient) -> None:
+    run.post(3)
+    reply = ann.post(f"{RUN}/leases", json={"count": 2})
+    leases, queue = reply.json()["leases"], reply.json()["queue"]
+    assert [set(lent) for lent in leases] == [{"lease_id", "query_id", "expires_at", "left", "right"}] * 2
+    assert set(leases[0]["left"]) == {
+        *("url", "frames", "rows", "columns", "width", "height", "duration", "times")
+    }
+    assert len(leases[0]["left"]["times"]) == leases[0]["left"]["frames"] == 25
+    assert queue["goal"] == {"version": 1, "text": GOAL}
+    assert (queue["given"], queue["budget"], queue["open"], queue["available"]) == (0, 50, 3, 3)
+    assert not has_true_return(reply.text)
+
+
+def test_sides_are_swapped_as_the_lease_says(run: LabelRun, ann: TestClient) -> None:
+    run.post(1)
+    [before] = lease(ann)
+    run.swap(0, swapped=False)
+    [straight] = lease(ann)
+    run.swap(0, swapped=True)
+    [swapped] = lease(ann)
+    assert straight["lease_id"] == swapped["lease_id"] == before["lease_id"]
+    assert (straight["left"], straight["right"]) == (swapped["right"], swapped["left"])
+    first, second = run.leases()[0].query.first_id, run.leases()[0].query.second_id
+    assert straight["left"]["url"] == f"/artifacts/clips/{first}"
+    assert swapped["left"]["url"] == f"/artifacts/clips/{second}"
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize("pressed", ["left", "right", "equal", "skip"])
+def test_an_answer_is_recorded_in_the_querys_own_order(
+    run: LabelRun, ann: TestClient, swapped: bool, pressed: str
+) -> None:
+    run.post(1)
+    [lent] = lease(ann)
+    run.swap(0, swapped=swapped)
+    reply = answer(ann, lent["lease_id"], pressed, shown_at="2026-03-01T12:00:00+02:00")
+    assert reply.status_code == 200, reply.text
+    assert reply.json()["answer"]["pressed"] == pressed
+    [recorded] = run.answers()
+    straight = {"left": "first", "right": "second", "equal": "equal", "skip": "skip"}
+    turned = {**straight, "left": "second", "right": "first"}
+    assert recorded.choice == (turned if swapped else straight)[pressed]
+    assert recorded.shown_at is not None
+    assert (recorded.shown_at.hour, recorded.goal_card_version) == (10, 1)
+
+
+@given(pressed=st.sampled_from(Pressed))
+@settings(max_examples=10)
+def test_turning_the_sides_round_turns_the_choice_round(pressed: Pressed) -> None:
+    turned = {Choice.FIRST: Choice.SECOND, Choice.SECOND: Choice.FIRST}
+    straight = choice_of(pressed, swapped=False)
+    assert choice_of(pressed, swapped=True) == turned.get(straight, straight)
+
+
+def test_an_answer_brings_the_next_leases(run: LabelRun, ann: TestClient) -> None:
+    run.post(3)
+    [lent] = lease(ann)
+    reply = answer(ann, lent["lease_id"], count=2).json()
+    assert len(reply["leases"]) == 2
+    assert lent["lease_id"] not in [next_lease["lease_id"] for next_lease in reply["leases"]]
+    assert reply["queue"]["given"] == 1
+    assert not has_true_return(str(reply))
+
+
+def test_the_same_answer_again_changes_nothing(run: LabelRun, ann: TestClient) -> None:
+    run.post(2)
+    [lent] = lease(ann)
+    body = {"answer_id": new_id(), "lease_id": lent["lease_id"], "pressed": "left"}
+    first = ann.post(f"{RUN}/answers", json=body)
+    again = ann.post(f"{RUN}/answers", json={**body, "pressed": "right"})
+    assert first.json()["answer"] == again.json()["answer"]
+    assert len(run.answers()) == 1
+
+
+def test_a_lease_is_answered_once(run: LabelRun, ann: TestClient) -> None:
+    run.post(1)
+    [lent] = lease(ann)
+    assert answer(ann, lent["lease_id"]).status_code == 200
+    refused = answer(ann, lent["lease_id"])
+    assert refused.status_code == 409
+    assert f"lease {lent['lease_id']}: already answered" in reason(refused)["reason"]
+
+
+def test_an_answer_id_serves_one_lease(run: LabelRun, ann: TestClient) -> None:
+    run.post(2)
+    one, two = lease(ann, 2)
+    body = {"answer_id": new_id(), "pressed": "left"}
+    assert ann.post(f"{RUN}/answers", json={**body, "lease_id": one["lease_id"]}).status_code == 200
+    assert ann.post(f"{RUN}/answers", json={**body, "lease_id": two["lease_id"]}).status_code == 409
+
+
+def test_somebody_elses_lease_is_refused(run: LabelRun, ann: TestClient, bob: TestClient) -> None:
+    run.post(1)
+    [lent] = lease(ann)
+    assert lease(bob) == []
+    assert answer(bob, lent["lease_id"]).status_code == 404
+    assert bob.post(f"{RUN}/leases/{lent['lease_id']}/release").status_code == 404
+    assert run.answers() == []
+
+
+def test_a_lease_of_another_run_is_refused(run: LabelRun, ann: TestClient) -> None:
+    LabelRun(run.database, run.store, run_id="other").begin()
+    run.post(1)
+    [lent] = lease(ann)
+    body = {"answer_id": new_id(), "lease_id": lent["lease_id"], "pressed": "left"}
+    refused = ann.post("/api/runs/other/answers", json=body)
+    assert refused.status_code == 404
+    assert "not of run other" in reason(refused)["reason"]
+
+
+def test_releasing_lets_others_have_the_pair(run: LabelRun, ann: TestClient, bob: TestClient) -> None:
+    run.post(1)
+    [lent] = lease(ann)
+    assert ann.post(f"{RUN}/leases/{lent['lease_id']}/release").status_code == 204
+    assert [given["query_id"] for given in lease(bob)] == [lent["query_id"]]
+
+
+def test_a_released_pair_comes_back_on_the_same_sides(run: LabelRun, ann: TestClient) -> None:
+    run.post(1)
+    [lent] = lease(ann)
+    ann.post(f"{RUN}/leases/{lent['lease_id']}/release")
+    [again] = lease(ann)
+    assert (again["lease_id"], again["left"]) == (lent["lease_id"], lent["left"])
+
+
+def test_a_retraction_lends_the_pair_again_on_the_same_sides(run: LabelRun, ann: TestClient) -> None:
+    run.post(2)
+    [lent] = lease(ann)
+    answered = answer(ann, lent["lease_id"]).json()["answer"]["answer_id"]
+    wish = {"retraction_id": new_id()}
+    reply = ann.post(f"{RUN}/answers/{answered}/retract", json=wish).json()
+    assert reply["retraction"]["answer_id"] == answered
+    assert (reply["lease"]["left"], reply["lease"]["right"]) == (lent["left"], lent["right"])
+    assert reply["queue"]["given"] == 0
+    assert run.standing() == {}
+    again = ann.post(f"{RUN}/answers/{answered}/retract", json=wish).json()
+    assert (again["retraction"], again["lease"]["lease_id"]) == (
+        reply["retraction"],
+        reply["lease"]["lease_id"],
+    )
+    assert len(run.answers()) == 2
+    assert answer(ann, reply["lease"]["lease_id"], "right").status_code == 200
+    assert len(run.standing()) == 1
+    assert not has_true_return(str(reply))
+
+
+def test_only_ones_own_answers_can_be_taken_back(run: LabelRun, ann: TestClient, bob: TestClient) -> None:
+    run.post(1)
+    [lent] = lease(ann)
+    answered = answer(ann, lent["lease_id"]).json()["answer"]["answer_id"]
+    wish = {"retraction_id": new_id()}
+    assert bob.post(f"{RUN}/answers/{answered}/retract", json=wish).status_code == 404
+    assert ann.post(f"{RUN}/answers/{new_id()}/retract", json=wish).status_code == 404
+    taken = {"retraction_id": answered}
+    assert ann.post(f"{RUN}/answers/{answered}/retract", json=taken).status_code == 409
+    assert len(run.standing()) == 1
+
+
+def test_an_archived_run_takes_no_answers(run: LabelRun, ann: TestClient) -> None:
+    run.post(2)
+    [lent] = lease(ann)
+    answered = answer(ann, lent["lease_id"]).json()
+    run.archive()
+    for reply in (
+        ann.post(f"{RUN}/leases", json={"count": 1}),
+        answer(ann, answered["leases"][0]["lease_id"]),
+        ann.post(
+            f"{RUN}/answers/{answered['answer']['answer_id']}/retract", json={"retraction_id": new_id()}
+        ),
+    ):
+        assert reply.status_code == 409
+        assert "archived" in reason(reply)["reason"]
+    assert ann.get(f"{RUN}/queue").json()["message"]["kind"] == "archived"
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"pressed": "first"}, "pressed"),
+        ({"pressed": ""}, "pressed"),
+        ({"answer_id": "7"}, "answer_id"),
+        ({"lease_id": 0}, "lease_id"),
+        ({"lease_id": 2**70}, "lease_id"),
+        ({"shown_at": "yesterday"}, "shown_at"),
+        ({"shown_at": "2026-03-01T12:00:00"}, "shown_at"),
+        ({"shown_at": "0001-01-01T00:00:00+14:00"}, "shown_at"),
+        ({"count": 9}, "count"),
+        ({"choice": "first"}, "choice"),
+    ],
+)
+def test_bad_answers_are_refused_by_field(
+    run: LabelRun, ann: TestClient, change: dict[str, Any], field: str
+) -> None:
+    run.post(1)
+    [lent] = lease(ann)
+    good = {"answer_id": new_id(), "lease_id": lent["lease_id"], "pressed": "left"}
+    refused = ann.post(f"{RUN}/answers", json={**good, **change})
+    assert refused.status_code == 422
+    assert reason(refused)["field"] == field
+    assert reason(refused)["reason"]
+    assert run.answers() == []
+
+
+def test_an_unknown_run_is_named(ann: TestClient) -> None:
+    for reply in (
+        ann.post("/api/runs/nosuch/leases", json={}),
+        ann.get("/api/runs/nosuch/queue"),
+        ann.get("/runs/nosuch/label"),
+    ):
+        assert reply.status_code == 404
+        assert "nosuch" in reply.text
+
+
+def test_looking_at_the_queue_leases_nothing(run: LabelRun, ann: TestClient) -> None:
+    run.post(2)
+    assert ann.get(f"{RUN}/queue").json()["available"] == 2
+    assert run.leases() == []
+
+
+def test_two_people_never_hold_one_pair(run: LabelRun, ann: TestClient, bob: TestClient) -> None:
+    run.post(3)
+    held = [given["query_id"] for who in (ann, bob) for given in lease(who, 2)]
+    assert len(held) == len(set(held)) == 3
+
+
+def test_the_queue_tells_why_it_is_empty(run: LabelRun, ann: TestClient) -> None:
+    run.close_session()
+    run.says(step=5000, next_session_step=7000)
+    reply = ann.post(f"{RUN}/leases", json={}).json()
+    assert reply["leases"] == []
+    assert reply["queue"]["message"]["kind"] == "training"
+    assert reply["queue"]["message"]["sentence"] == "The agent is training: next pairs in about 20 s."
+    run.says(RunState.PAUSED)
+    assert ann.get(f"{RUN}/queue").json()["message"]["kind"] == "paused"
+
+
+def test_a_browser_is_one_labeller_until_it_is_named(run: LabelRun, data: DataFolder) -> None:
+    run.post(1)
+    with client(data, "") as browser:
+        made_up = browser.get("/api/labeller").json()
+        assert not made_up["named"]
+        [lent] = lease(browser)
+        assert browser.get("/api/labeller").json()["name"] == made_up["name"]
+        named = browser.put("/api/labeller", json={"name": " Ada "}).json()
+        assert named == {"name": "Ada", "named": True}
+        # A made-up name is replaced, so the pair is still hers.
+        assert [given["lease_id"] for given in lease(browser)] == [lent["lease_id"]]
+        assert browser.put("/api/labeller", json={"name": "Ben"}).json()["name"] == "Ben"
+        assert [given["query_id"] for given in lease(browser)] == [lent["query_id"]]
+        assert answer(browser, lent["lease_id"]).status_code == 404
+        assert reason(browser.put("/api/labeller", json={"name": "  "}))["field"] == "name"
+
+
+def test_the_actions_are_described(ann: TestClient) -> None:
+    paths = ann.get("/api/openapi.json").json()["paths"]
+    base = "/api/runs/{run_id}"
+    assert {f"{base}/leases", f"{base}/answers", f"{base}/answers/{{answer_id}}/retract"} <= set(paths)
+    assert not any("label" in path and "/api" not in path for path in paths)

@@ -1,0 +1,84 @@
+"""Every reason for an empty queue has its sentence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import pytest
+
+from labels_db.feedback_progress import FeedbackProgress
+from labels_db.labelling import Queue
+from labels_db.models import Desired, Run, RunState
+from server.labelling_message import empty_message
+
+NOW = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
+PROGRESS = FeedbackProgress(budget=50, given=10, preferences=10, skipped=0, open=0, posted=10, rendering=0)
+
+
+def a_queue(*, place: int | None = None, asks_people: bool = True, progress: Any = None, **run: Any) -> Queue:
+    facts = {
+        "id": "mill",
+        "state": RunState.RUNNING,
+        "desired": Desired.RUN,
+        "archived": False,
+        "step": 5000,
+        "steps_per_second": 100.0,
+        "next_session_step": None,
+        "wanted_answers": 0,
+        "heartbeat_at": NOW,
+    }
+    return Queue(
+        run=Run(**{**facts, **run}),
+        asks_people=asks_people,
+        total_steps=40_000,
+        progress=replace(PROGRESS, **(progress or {})),
+        available=0,
+        place=place,
+        goal=None,
+        video_step=None,
+        fits=0,
+    )
+
+
+CASES = [
+    (a_queue(archived=True), "archived", "This run is archived"),
+    (a_queue(asks_people=False), "scripted", "scripted teacher"),
+    (a_queue(state=RunState.FINISHED), "finished", "It learned from 10 of 50 answers."),
+    (a_queue(state=RunState.FAILED), "failed", "broke off at step 5\u202f000"),
+    (a_queue(state=RunState.STOPPED), "stopped", "Stopped at step 5\u202f000. Resume continues from there."),
+    (a_queue(progress={"given": 50}), "answered", "All 50 answers are given. Thank you. The agent goes on"),
+    (a_queue(progress={"given": 50}), "answered", "about 6 min more"),
+    (a_queue(state=RunState.QUEUED, place=1), "queued", "This run is the next to start."),
+    (a_queue(state=RunState.QUEUED, place=2), "queued", "behind 1 other run."),
+    (a_queue(state=RunState.QUEUED, place=4), "queued", "behind 3 other runs."),
+    (a_queue(state=RunState.STARTING), "starting", "starting"),
+    (a_queue(state=RunState.INTERRUPTED), "interrupted", "by itself"),
+    (a_queue(state=RunState.PAUSED), "paused", "Paused at step"),
+    (a_queue(desired=Desired.PAUSE), "paused", "Paused at step"),
+    (a_queue(desired=Desired.STOP), "stopped", "is stopping"),
+    (a_queue(heartbeat_at=NOW - timedelta(seconds=40)), "silent", "silent for 40 s"),
+    (a_queue(progress={"rendering": 3}), "rendering", "3 pairs are being drawn"),
+    (a_queue(progress={"open": 1}), "others", "The last pair is with other labellers"),
+    (a_queue(state=RunState.WAITING, wanted_answers=6), "waiting", "waits for 6 answers"),
+    (a_queue(next_session_step=7000), "training", "next pairs in about 20 s"),
+    (a_queue(next_session_step=5000), "training", "any moment now"),
+    (a_queue(), "training", "in a while"),
+]
+
+
+@pytest.mark.parametrize(("queue", "kind", "words"), CASES)
+def test_the_reason_is_said(queue: Queue, kind: str, words: str) -> None:
+    message = empty_message(queue, NOW)
+    assert message.kind == kind
+    assert words in message.sentence
+    assert message.sentence[0].isupper() or message.sentence[0].isdigit()
+    assert message.sentence.endswith(".")
+
+
+def test_the_wait_shortens_between_heartbeats() -> None:
+    queue = a_queue(next_session_step=7000)
+    later = empty_message(queue, NOW + timedelta(seconds=4))
+    assert later.seconds == pytest.approx(16)
+    assert "16 s" in later.sentence

@@ -1,0 +1,97 @@
+"""A browser signed in to the real application, which runs on a port and a data folder of its own."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+import uvicorn
+from playwright.sync_api import BrowserContext, ConsoleMessage, Page, Request
+
+from labels_db.data_folder import DataFolder
+from labels_db.database import Database
+from server.app import create_app
+from server.serve import listen
+from server.token import access_token
+
+CHROMIUM = {
+    "executable_path": "/usr/bin/chromium",
+    "args": [
+        "--no-sandbox",
+        "--disable-gpu",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+    ],
+}
+
+
+@pytest.fixture(scope="session")
+def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[str, Any]:
+    return {**browser_type_launch_args, **CHROMIUM}
+
+
+@dataclass(frozen=True)
+class LiveServer:
+    """A running application: its address, its data, and the record for tests to write to."""
+
+    url: str
+    data: DataFolder
+    database: Database
+
+    @property
+    def token(self) -> str:
+        return access_token(self.data)
+
+
+@pytest.fixture
+def live_server(tmp_path: Path) -> Iterator[LiveServer]:
+    data = DataFolder(tmp_path / "data")
+    database = data.open_database()
+    listener = listen("127.0.0.1", 0)
+    server = uvicorn.Server(uvicorn.Config(create_app(data), log_level="warning", access_log=False))
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+    thread.start()
+    try:
+        yield LiveServer(f"http://127.0.0.1:{listener.getsockname()[1]}", data, database)
+    finally:
+        server.should_exit = True
+        thread.join(timeout=10)
+        listener.close()
+        database.close()
+
+
+@dataclass
+class Watched:
+    """What a page must never do: complain in its console, break its policy, or ask another origin."""
+
+    origin: str
+    complaints: list[str] = field(default_factory=list)
+
+    def console(self, message: ConsoleMessage) -> None:
+        # The browser itself logs every 4xx answer; tests that ask for one look at the page instead.
+        if message.type in ("error", "warning") and not message.text.startswith("Failed to load resource"):
+            self.complaints.append(message.text)
+
+    def request(self, request: Request) -> None:
+        if not request.url.startswith((self.origin, "data:", "blob:")):
+            self.complaints.append(f"request to {request.url}")
+
+
+@pytest.fixture
+def page(context: BrowserContext, live_server: LiveServer) -> Iterator[Page]:
+    """A signed-in page on the dashboard; the test fails when any page it opens misbehaves."""
+    watched = Watched(live_server.url)
+    context.on("console", watched.console)
+    context.on("request", watched.request)
+    context.on("weberror", lambda error: watched.complaints.append(str(error.error)))
+    page = context.new_page()
+    page.goto(f"{live_server.url}/?token={live_server.token}")
+    yield page
+    page.close()
+    assert watched.complaints == []

@@ -1,0 +1,127 @@
+"""One attempt at a run: from its claim to its end, whatever that is."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+from pathlib import Path
+
+import structlog
+
+from labels_db.data_folder import DataFolder
+from labels_db.errors import AttemptLostError
+from labels_db.estimate import estimate_bytes
+from labels_db.models import RunState
+from labels_db.runs import (
+    Claim,
+    acknowledge_stop,
+    config_of,
+    fail_run,
+    finish_run,
+    get_run,
+    note,
+    yield_run,
+)
+from trainer.assembly import RecordedRun, recorded_run
+from trainer.evaluation import EvaluatedEpisode
+from trainer.upkeep import ShutdownRequestedError, StopRequestedError
+
+log = structlog.get_logger()
+
+VIDEO_SECONDS = 120
+"""How long a finished run waits for its last videos."""
+
+
+class Attempt:
+    """Owns a claimed run until it ends; `run` is made at once, so that others can watch its progress."""
+
+    def __init__(self, data: DataFolder, claim: Claim) -> None:
+        self.data = data
+        self.claim = claim
+        self.database = data.open_database()
+        self.store = data.open_store()
+        self.last_evaluation: list[EvaluatedEpisode] = []
+        self._shutdown_asked = False
+        self.run: RecordedRun | None = None
+
+    def shutdown(self) -> None:
+        """End soon, with a checkpoint, so that the run can go on later (signal-safe)."""
+        self._shutdown_asked = True
+        if self.run is not None:
+            self.run.upkeep.shutdown.set()
+
+    def live(self) -> RunState:
+        """Train until the run finishes, fails, or is stopped; returns the state it is left in."""
+        try:
+            return self._live()
+        except AttemptLostError as error:
+            log.warning("the run belongs to another attempt now", reason=str(error))
+            return RunState.INTERRUPTED
+        except Exception as error:
+            log.exception("the run failed")
+            with self.database.write() as session:
+                fail_run(session, self.claim, f"{type(error).__name__}: {error}")
+            return RunState.FAILED
+        finally:
+            self._close()
+
+    def _live(self) -> RunState:
+        with self.database.read() as session:
+            config = config_of(get_run(session, self.claim.run_id))
+        self._check_space(estimate_bytes(config).total)
+        self.run = recorded_run(config, self.data, self.database, self.store, self.claim)
+        if self._shutdown_asked:
+            self.run.upkeep.shutdown.set()
+        try:
+            self.run.training.train()
+            self._finish(self.run, keep_buffer=config.checkpoints.keep_buffer)
+        except StopRequestedError:
+            return self._leave(RunState.STOPPED)
+        except ShutdownRequestedError:
+            return self._leave(RunState.QUEUED)
+        return RunState.FINISHED
+
+    def _finish(self, run: RecordedRun, *, keep_buffer: bool) -> None:
+        self.last_evaluation = run.upkeep.evaluate(run.training)
+        run.upkeep.save(run.training, rows=keep_buffer)
+        run.progress.status.step = run.training.step
+        run.journal.wait_for_videos(VIDEO_SECONDS)
+        run.training.feedback.close()
+        run.progress.flush()
+        run.progress.beat()
+        with self.database.write() as session:
+            finish_run(session, self.claim)
+
+    def _leave(self, state: RunState) -> RunState:
+        """Keep everything, then give the run up: stopped for good, or queued for its next turn."""
+        assert self.run is not None
+        self.run.training.feedback.close()
+        self.run.upkeep.save(self.run.training)
+        self.run.journal.wait_for_videos(seconds=5)
+        self.run.progress.flush()
+        self.run.progress.beat()
+        leave = acknowledge_stop if state is RunState.STOPPED else yield_run
+        with self.database.write() as session:
+            leave(session, self.claim)
+        return state
+
+    def _check_space(self, needed: int) -> None:
+        free = shutil.disk_usage(self.data.path).free
+        text = f"Needs about {needed / 1e6:.0f} MB on disk; {free / 1e6:.0f} MB are free."
+        if needed > free:
+            raise OSError(f"{self.data.path}: {text} Make room, or choose another folder with --data.")
+        with self.database.write() as session:
+            note(session, get_run(session, self.claim.run_id), text)
+
+    def _close(self) -> None:
+        if self.run is not None:
+            self.run.close()
+        self.database.close()
+
+
+def live_in_this_process(data_path: Path, artifacts_url: str | None, claim: Claim) -> RunState:
+    """The whole life of a run's own process: SIGTERM and SIGINT end it with a checkpoint."""
+    attempt = Attempt(DataFolder(data_path, artifacts_url), claim)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: attempt.shutdown())
+    return attempt.live()

@@ -1,0 +1,165 @@
+"""Feedback: when queries are asked, and when answers are learned from (Algorithm 2, lines 7–17).
+
+Before every step the loop asks its feedback one question: is there something to learn from now, and if so,
+up to which answer? Runs that block, stream or never ask differ only here.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from typing import Any, Protocol
+
+from labels_db.feedback_progress import Inbox
+from labels_db.run_config import Continuous, Sessions
+from trainer.asking import Asker
+
+
+class Feedback(Protocol):
+    """What the training loop asks before every step."""
+
+    def before_step(self, step: int) -> int | None:
+        """Ask what is due; the answer cursor to learn up to, or None while there is nothing new."""
+
+    def learned(self, cursor: int) -> None:
+        """The answers up to the cursor have been learned from."""
+
+    def next_session_step(self) -> int | None:
+        """When the next session opens, if that is known."""
+
+    def state(self) -> dict[str, Any]:
+        """How far asking has come."""
+
+    def load(self, state: dict[str, Any]) -> None:
+        """Go on from there."""
+
+    def close(self) -> None:
+        """Post nothing more."""
+
+
+class Replayed:
+    """The fits of an earlier run, at the same steps with the same answers; by default none at all."""
+
+    def __init__(self, fits: Iterable[tuple[int, int]] = ()) -> None:
+        """`fits` are (step, cursor) in order."""
+        self.fits = deque(fits)
+
+    def before_step(self, step: int) -> int | None:
+        return self.fits.popleft()[1] if self.fits and self.fits[0][0] == step else None
+
+    def learned(self, cursor: int) -> None:
+        """The record knows already."""
+
+    def next_session_step(self) -> int | None:
+        return None
+
+    def state(self) -> dict[str, Any]:
+        return {}
+
+    def load(self, state: dict[str, Any]) -> None:
+        """Nothing is remembered between steps."""
+
+    def close(self) -> None:
+        """Nothing was posted."""
+
+
+class EveryKSteps:
+    """Sessions of M queries, K steps apart; what is open by then is superseded."""
+
+    def __init__(self, config: Sessions) -> None:
+        self.config = config
+
+    def ask(self, asker: Asker, step: int, _inbox: Inbox) -> None:
+        if step < asker.where.next_step or not asker.sampler.can_draw():
+            return
+        asker.supersede()
+        asker.open(step, self.config.queries_per_session)
+        asker.where.next_step = step + self.config.steps_between
+
+
+class AlwaysReady:
+    """A few queries ready at any time; they are replaced when nobody has answered for many steps."""
+
+    LOOK_AGAIN = 100
+    """Steps until a spent budget is looked at again: an answer taken back makes room."""
+
+    def __init__(self, config: Continuous) -> None:
+        self.config = config
+
+    def ask(self, asker: Asker, step: int, inbox: Inbox) -> None:
+        missing = self.config.ready - inbox.open - inbox.rendering
+        stale = step - max(asker.where.opened_step, asker.where.news_step) >= self.config.fresh_steps
+        if step < asker.where.next_step or not asker.sampler.can_draw() or not (missing > 0 or stale):
+            return
+        if stale and inbox.open:
+            asker.supersede()
+            missing = self.config.ready
+        if not asker.open(step, missing):
+            asker.where.next_step = step + self.LOOK_AGAIN
+
+
+def until_all_answered(asker: Asker, step: int) -> Inbox:
+    """Block, as Algorithm 2 is printed: training stands still until everything asked is answered."""
+    return asker.wait(step, lambda inbox: inbox.complete)
+
+
+def unless_nobody_answers(asker: Asker, step: int) -> Inbox:
+    """Stream: training goes on, but saves its steps when nobody has answered for long."""
+    inbox = asker.news(step)
+    if inbox.open and step - asker.where.news_step >= asker.config.patience_steps:
+        seen = inbox.sequence
+        return asker.wait(step, lambda inbox: inbox.sequence != seen or not inbox.open)
+    return inbox
+
+
+PACES: dict[str, Callable[[Asker, int], Inbox]] = {
+    "block": until_all_answered,
+    "stream": unless_nobody_answers,
+}
+
+
+class FromTeacher:
+    """Feedback from a teacher: a rule that asks, and a pace at which training goes on meanwhile."""
+
+    def __init__(
+        self,
+        asker: Asker,
+        rule: EveryKSteps | AlwaysReady,
+        pace: Callable[[Asker, int], Inbox],
+        first_step: int,
+    ) -> None:
+        self.asker = asker
+        self.rule = rule
+        self.pace = pace
+        asker.where.next_step = asker.where.news_step = first_step
+
+    def before_step(self, step: int) -> int | None:
+        self.rule.ask(self.asker, step, self.asker.news(step))
+        inbox = self.pace(self.asker, step)
+        new = inbox.sequence - self.asker.where.cursor
+        enough = new >= self.asker.config.fit_every or (new > 0 and inbox.complete)
+        return inbox.sequence if enough else None
+
+    def learned(self, cursor: int) -> None:
+        self.asker.where.cursor = cursor
+
+    def next_session_step(self) -> int | None:
+        return self.asker.where.next_step
+
+    def state(self) -> dict[str, Any]:
+        return self.asker.state()
+
+    def load(self, state: dict[str, Any]) -> None:
+        self.asker.load(state)
+
+    def close(self) -> None:
+        self.asker.desk.close()
+
+
+def make_feedback(asker: Asker, first_step: int) -> FromTeacher:
+    """The configured rule and pace."""
+    config = asker.config
+    if isinstance(config, Continuous):
+        return FromTeacher(asker, AlwaysReady(config), unless_nobody_answers, first_step)
+    assert isinstance(config, Sessions)
+    return FromTeacher(asker, EveryKSteps(config), PACES[config.pace], first_step)

@@ -1,0 +1,248 @@
+"""Posting: a chosen pair becomes artifacts, then rows, then something a teacher can answer.
+
+A row appears only when what it points at exists, so segments and clips are in the store before.
+"""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import Future
+from dataclasses import dataclass
+from itertools import chain, pairwise
+from typing import Protocol
+
+import structlog
+
+from labels_db.database import Database
+from labels_db.models import Clip, FeedbackSession, QueryState, Segment
+from labels_db.queries import post_query, session_queries, trim_session
+from labels_db.runs import Claim, get_run, note
+from labels_db.storage import ArtifactStore
+from trainer.query_selection import Chosen
+from trainer.rendering import (
+    EncodedClip,
+    Renderer,
+    RenderingError,
+    RenderingLost,
+    RenderingUnavailable,
+    verify_clip,
+)
+from trainer.segments import SegmentData
+from trainer.teachers import ScriptedTeacher, answer_all
+
+log = structlog.get_logger()
+
+Clips = tuple[Future[EncodedClip], Future[EncodedClip]]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A feedback session and pairs of it, by index."""
+
+    session: FeedbackSession
+    pairs: dict[int, Chosen]
+
+
+class Desk(Protocol):
+    """Where pairs are handed in to be asked."""
+
+    def ask(self, asked: Asked) -> None:
+        """Post the pairs, now or as they become ready."""
+
+    def has_posted(self, asked: Asked) -> bool:
+        """Whether nothing of that session is still to come."""
+
+    def withdraw(self) -> None:
+        """Post nothing more of what has been asked so far."""
+
+    def check(self) -> None:
+        """Raise what went wrong since."""
+
+    def close(self) -> None:
+        """End what runs in the background."""
+
+
+@dataclass(frozen=True)
+class Shelf:
+    """Where segments and clips are put, under keys that name the attempt."""
+
+    store: ArtifactStore
+    claim: Claim
+
+    def segment(self, asked: Asked, index: int, side: int, clip: EncodedClip | None = None) -> Segment:
+        """Store the segment, and its clip if there is one; returns the row that points at them."""
+        segment = asked.pairs[index].pair[side]
+        place = f"a{self.claim.attempt}-s{asked.session.index}-q{index}-{('first', 'second')[side]}"
+        folder = f"runs/{self.claim.run_id}"
+        key = f"{folder}/segments/{place}.safetensors"
+        return Segment(
+            run_id=self.claim.run_id,
+            episode=segment.episode.number,
+            start=segment.start,
+            length=segment.length,
+            policy_step=segment.episode.policy_step,
+            artifact_key=key,
+            checksum=self.store.write(key, segment.to_bytes()),
+            true_return=segment.true_return,
+            clip=self._clip(f"{folder}/clips/{place}.webp", clip) if clip else None,
+        )
+
+    def _clip(self, key: str, clip: EncodedClip) -> Clip:
+        verify_clip(clip)
+        return Clip(
+            artifact_key=key,
+            checksum=self.store.write(key, clip.data),
+            frames=clip.frames,
+            rows=clip.rows,
+            columns=clip.columns,
+            width=clip.width,
+            height=clip.height,
+            duration=clip.duration,
+            times=list(clip.times),
+        )
+
+
+@dataclass(frozen=True)
+class ScriptedDesk:
+    """Posts a whole session and its answers in one transaction: a scripted teacher needs no clip."""
+
+    database: Database
+    shelf: Shelf
+    name: str
+    teacher: ScriptedTeacher
+
+    def ask(self, asked: Asked) -> None:
+        rows = {i: (self.shelf.segment(asked, i, 0), self.shelf.segment(asked, i, 1)) for i in asked.pairs}
+        with self.database.write() as session:
+            for index, chosen in asked.pairs.items():
+                post_query(
+                    session,
+                    self.shelf.claim,
+                    asked.session,
+                    index=index,
+                    segments=rows[index],
+                    scheme=chosen.scheme,
+                    score=chosen.score,
+                )
+            queries = session_queries(session, asked.session.id)
+            answer_all(session, self.name, self.teacher, [q for q in queries if q.state is QueryState.OPEN])
+
+    def has_posted(self, asked: Asked) -> bool:
+        return True
+
+    def withdraw(self) -> None:
+        """Nothing is ever still to come."""
+
+    def check(self) -> None:
+        """Whatever went wrong was raised at once."""
+
+    def close(self) -> None:
+        """Nothing runs in the background."""
+
+
+class PeoplesDesk:
+    """Posts queries one by one as their clips are ready, from a thread of its own."""
+
+    def __init__(
+        self, database: Database, shelf: Shelf, renderer: Renderer, step_seconds: float, answers_needed: int
+    ) -> None:
+        self.database = database
+        self.shelf = shelf
+        self.renderer = renderer
+        self.step_seconds = step_seconds
+        self.answers_needed = answers_needed
+        self._failure: Exception | None = None
+        self._withdrawn = threading.Event()
+        self._threads: dict[int, threading.Thread] = {}
+
+    def ask(self, asked: Asked) -> None:
+        """Render and post in order while training goes on."""
+        thread = threading.Thread(
+            target=self._guarded, args=(asked, self._withdrawn), name="posting", daemon=True
+        )
+        self._threads[asked.session.id] = thread
+        thread.start()
+
+    def has_posted(self, asked: Asked) -> bool:
+        thread = self._threads.get(asked.session.id)
+        return thread is None or not thread.is_alive()
+
+    def withdraw(self) -> None:
+        self._withdrawn.set()
+        for thread in self._threads.values():
+            thread.join()
+        self._withdrawn, self._threads = threading.Event(), {}
+
+    def check(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def close(self) -> None:
+        self.withdraw()
+
+    # In the thread -------------------------------------------------------------------------------
+
+    def _guarded(self, asked: Asked, withdrawn: threading.Event) -> None:
+        try:
+            self._post_all(asked, withdrawn)
+        except RenderingLost as error:
+            self._ask_no_more(asked, f"Clips can no longer be rendered: {error}")
+        except Exception as error:  # a lost attempt, a full disk or no OpenGL ends the run, with its reason
+            self._failure = error
+
+    def _post_all(self, asked: Asked, withdrawn: threading.Event) -> None:
+        """One pair is drawn ahead of the one being posted; no more, since a session may be withdrawn."""
+        orders = ((index, self._order(chosen)) for index, chosen in asked.pairs.items())
+        failed = 0
+        for order, _ in pairwise(chain(orders, [None])):
+            if withdrawn.is_set() or order is None:
+                return
+            failed += not self._post_drawn(asked, *order)
+        if failed:
+            self._ask_no_more(asked, f"{failed} queries could not be drawn and are not asked.")
+
+    def _order(self, chosen: Chosen) -> Clips:
+        first, second = chosen.pair
+        return self._clip(first), self._clip(second)
+
+    def _clip(self, segment: SegmentData) -> Future[EncodedClip]:
+        return self.renderer.clip(segment.episode.seed, segment.states, self.step_seconds)
+
+    def _post_drawn(self, asked: Asked, index: int, clips: Clips) -> bool:
+        """Post the query once its clips are drawn; False when one of them cannot be."""
+        try:
+            first, second = (clip.result() for clip in clips)
+        except (RenderingLost, RenderingUnavailable):
+            raise
+        except RenderingError as error:
+            log.error(
+                "a query could not be drawn", session=asked.session.index, query=index, reason=str(error)
+            )
+            return False
+        self._post(asked, index, first, second)
+        return True
+
+    def _post(self, asked: Asked, index: int, first: EncodedClip, second: EncodedClip) -> None:
+        chosen = asked.pairs[index]
+        segments = (
+            self.shelf.segment(asked, index, 0, first),
+            self.shelf.segment(asked, index, 1, second),
+        )
+        with self.database.write() as session:
+            post_query(
+                session,
+                self.shelf.claim,
+                asked.session,
+                index=index,
+                segments=segments,
+                scheme=chosen.scheme,
+                score=chosen.score,
+                answers_needed=self.answers_needed,
+            )
+
+    def _ask_no_more(self, asked: Asked, reason: str) -> None:
+        """The run goes on with what has been posted of the session, and says why."""
+        log.error(reason)
+        with self.database.write() as session:
+            trim_session(session, self.shelf.claim, asked.session.id)
+            note(session, get_run(session, self.shelf.claim.run_id), reason)

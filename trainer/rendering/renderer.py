@@ -1,0 +1,168 @@
+"""Clips and videos, made by a rendering process that is brought back when it dies."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from types import MappingProxyType, TracebackType
+from typing import Any
+
+import numpy as np
+
+from labels_db.run_config import Behaviour, Clips, DMControl
+from trainer.environments import PhysicsState
+from trainer.rendering.errors import RenderingError, RenderingLost
+from trainer.rendering.messages import Header
+from trainer.rendering.process import BACKENDS, ChildProcess, start_child
+from trainer.rendering.sheet import EncodedClip
+
+MAX_RESTARTS = 3
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was asked, kept until it is answered, so that it can be asked again."""
+
+    header: Header
+    body: bytes
+    future: Future[Any]
+
+
+def _clip(header: Header, body: bytes) -> EncodedClip:
+    facts = header["clip"]
+    return EncodedClip(data=body, **{**facts, "times": tuple(facts["times"])})
+
+
+def _video(header: Header, body: bytes) -> bytes:
+    del header
+    return body
+
+
+RESULTS: MappingProxyType[str, Callable[[Header, bytes], Any]] = MappingProxyType(
+    {"clip": _clip, "video": _video}
+)
+
+
+class Renderer:
+    """Draws one environment's episodes in the background; any thread may ask.
+
+    The process starts with the first request. A process that dies is started again at most three
+    times and asked again for all that is missing; then every future fails with `RenderingLost`.
+    """
+
+    def __init__(
+        self, environment: DMControl | Behaviour, clips: Clips, backends: tuple[str, ...] = BACKENDS
+    ) -> None:
+        self._environment, self._clips, self._backends = environment, clips, backends
+        self._lock = threading.Lock()
+        self._numbers = itertools.count()
+        self._pending: dict[int, Request] = {}
+        self._child: ChildProcess | None = None
+        self._keeper: threading.Thread | None = None
+        self._over: RenderingError | None = None
+
+    def clip(self, episode_seed: int, states: PhysicsState, step_seconds: float) -> Future[EncodedClip]:
+        """The sprite sheet of a segment's states [H, S], each lasting `step_seconds`."""
+        return self._ask("clip", episode_seed, states, step_seconds)
+
+    def video(self, episode_seed: int, states: PhysicsState, step_seconds: float) -> Future[bytes]:
+        """The MP4 of an episode's states [T, S], in real time; waiting clips go first."""
+        return self._ask("video", episode_seed, states, step_seconds)
+
+    @property
+    def process_id(self) -> int | None:
+        """The rendering process, while there is one."""
+        return None if self._child is None else self._child.pid
+
+    def close(self) -> None:
+        """End the process; what was not drawn by now fails with `RenderingLost`."""
+        self._give_up(RenderingLost("rendering: the renderer was closed before this was drawn"))
+        if self._keeper is not None:
+            self._keeper.join()
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _ask(self, kind: str, episode_seed: int, states: PhysicsState, step_seconds: float) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_running_or_notify_cancel()  # it cannot be cancelled: a request once sent is drawn
+        array = np.ascontiguousarray(states, np.float64)
+        facts = {"kind": kind, "episode_seed": int(episode_seed), "step_seconds": float(step_seconds)}
+        with self._lock:
+            if self._over is not None:
+                future.set_exception(self._over)
+                return future
+            number = next(self._numbers)
+            header = {**facts, "id": number, "shape": list(array.shape)}
+            request = self._pending[number] = Request(header, array.tobytes(), future)
+            if self._child is not None:
+                self._child.send(request.header, request.body)
+            self._keep()
+        return future
+
+    def _keep(self) -> None:
+        """Start the thread that looks after the process, once."""
+        if self._keeper is None:
+            self._keeper = threading.Thread(target=self._look_after, name="rendering", daemon=True)
+            self._keeper.start()
+
+    def _look_after(self) -> None:
+        """Start the process, pass on its answers, and start it again when it dies."""
+        try:
+            for _ in range(1 + MAX_RESTARTS):
+                ending = self._live_once()
+                if self._over is not None:
+                    return
+            self._give_up(
+                RenderingLost(
+                    f"rendering: the process died {1 + MAX_RESTARTS} times, the last one {ending};"
+                    " `pebble doctor` tells whether this machine can draw"
+                )
+            )
+        except RenderingError as error:
+            self._give_up(error)
+        except Exception as error:  # whatever it is, nobody must wait for a picture forever
+            self._give_up(RenderingLost(f"rendering: the process could not be kept ({error!r})"))
+
+    def _live_once(self) -> str:
+        """One process from start to end; how it ended."""
+        child = start_child(self._environment, self._clips, self._backends)
+        with self._lock:
+            self._child = None if self._over is not None else child
+            for request in self._pending.values():
+                child.send(request.header, request.body)
+        while self._over is None and (message := child.receive()) is not None:
+            self._answer(*message)
+        with self._lock:
+            self._child = None
+        return child.close()
+
+    def _answer(self, header: Header, body: bytes) -> None:
+        with self._lock:
+            request = self._pending.pop(header["id"], None)
+        if request is None:
+            return
+        if "failed" in header:
+            kind = request.header["kind"]
+            request.future.set_exception(RenderingError(f"rendering a {kind}: {header['failed']}"))
+        else:
+            request.future.set_result(RESULTS[request.header["kind"]](header, body))
+
+    def _give_up(self, error: RenderingError) -> None:
+        """Answer everything, now and later, with this error, and let the process go."""
+        with self._lock:
+            self._over = self._over or error
+            requests, self._pending = list(self._pending.values()), {}
+            child, self._child = self._child, None
+        for request in requests:
+            request.future.set_exception(self._over)
+        if child is not None:
+            child.leave()

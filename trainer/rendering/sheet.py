@@ -1,0 +1,88 @@
+"""Sprite sheets: the frames of a clip in one WebP, with the time each is shown at."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+Frame = npt.NDArray[np.uint8]
+
+MAX_BYTES = 150_000
+QUALITIES = (80, 75, 70, 62, 54, 46, 38, 30, 22, 14, 6)
+
+
+@dataclass(frozen=True)
+class EncodedClip:
+    """A WebP of `rows` × `columns` frames, each `width` × `height` pixels, read left to right."""
+
+    data: bytes
+    frames: int
+    rows: int
+    columns: int
+    width: int
+    height: int
+    duration: float
+    times: tuple[float, ...]
+    """Seconds from the clip's start at which each frame appears; the last stays until `duration`."""
+
+
+def chosen_steps(steps: int) -> list[int]:
+    """Which of a segment's steps become frames: 20 to 30 of them, evenly spaced where that is possible."""
+    divisors = [count for count in range(20, 31) if steps % count == 0]
+    nearest = min(divisors, key=lambda count: abs(count - 25), default=min(steps, 25))
+    return [round(index * steps / nearest) for index in range(nearest)]
+
+
+def grid(frames: int) -> tuple[int, int]:
+    """(rows, columns) of a sheet, about as many of one as of the other."""
+    columns = math.ceil(math.sqrt(frames))
+    return math.ceil(frames / columns), columns
+
+
+def encode_clip(frames: Sequence[Frame], times: tuple[float, ...], duration: float) -> EncodedClip:
+    """The sheet of frames [height, width, 3], of at most `MAX_BYTES` unless it is very large."""
+    height, width, _ = frames[0].shape
+    rows, columns = grid(len(frames))
+    data = _encode(_tile(frames, rows, columns))
+    return EncodedClip(data, len(frames), rows, columns, width, height, duration, times)
+
+
+def verify_clip(clip: EncodedClip) -> None:
+    """Decode the sheet; ValueError where it is no WebP of the size it claims."""
+    expected = (clip.columns * clip.width, clip.rows * clip.height)
+    try:
+        with Image.open(io.BytesIO(clip.data), formats=["WEBP"]) as image:
+            image.load()
+            size = image.size
+    except (OSError, SyntaxError) as error:
+        raise ValueError(
+            f"clip of {len(clip.data)} bytes: not a readable WebP ({error}); render it again"
+        ) from error
+    if size != expected:
+        raise ValueError(f"clip: the sheet is {size} pixels, not {expected}; render it again")
+
+
+def _tile(frames: Sequence[Frame], rows: int, columns: int) -> Frame:
+    height, width, _ = frames[0].shape
+    sheet = np.zeros((rows * height, columns * width, 3), np.uint8)
+    for index, frame in enumerate(frames):
+        top, left = (index // columns) * height, (index % columns) * width
+        sheet[top : top + height, left : left + width] = frame
+    return sheet
+
+
+def _encode(sheet: Frame) -> bytes:
+    image, data = Image.fromarray(sheet), b""
+    for quality in QUALITIES:
+        buffer = io.BytesIO()
+        image.save(buffer, "WEBP", quality=quality, method=0)
+        data = buffer.getvalue()
+        if len(data) <= MAX_BYTES:
+            break
+    return data

@@ -1,0 +1,137 @@
+"""How a scene looks: a plain sky, a pale floor, one soft key light with a shadow. Only for drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+Colour = tuple[float, float, float]
+
+ZENITH: Colour = (0.60, 0.71, 0.83)
+HORIZON: Colour = (0.89, 0.92, 0.95)
+TILES: tuple[Colour, Colour] = ((0.76, 0.79, 0.82), (0.70, 0.735, 0.77))
+BACKDROP: Colour = (0.72, 0.79, 0.86)
+SHADOW_MAP = 1024
+KEY_DIRECTION = (0.35, 0.45, -0.82)
+
+MATERIALS: dict[str, Colour] = {
+    "self": (0.85, 0.54, 0.26),
+    "effector": (0.80, 0.38, 0.20),
+    "decoration": (0.30, 0.48, 0.68),
+    "target": (0.78, 0.20, 0.27),
+}
+LEFT_LIMBS: Colour = (0.62, 0.34, 0.17)  # darker, so that one leg can be told from the other
+
+
+def dress(model: Any, width: int, height: int, reach: float) -> None:
+    """Give a model its looks for frames of that size, seen from `reach` metres away."""
+    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+    model.vis.quality.offsamples, model.vis.quality.shadowsize = 0, SHADOW_MAP
+    # Everything below is in units of the extent, so that one set of numbers serves ants and acrobats.
+    model.stat.extent = reach
+    model.vis.map.znear, model.vis.map.zfar = 0.02, 40
+    model.vis.map.shadowclip, model.vis.map.haze = 0.9, 0.5
+    model.vis.rgba.haze[:] = (*HORIZON, 1)
+    model.vis.rgba.constraint[:] = (0.35, 0.38, 0.42, 1)  # a taut string stays as grey as a slack one
+    model.mat_reflectance[:] = 0
+    _repaint(model)
+
+
+def _repaint(model: Any) -> None:
+    """Our colours for what the suite's models name alike."""
+    names = [model.mat(material).name for material in range(model.nmat)]
+    for material, name in enumerate(names):
+        model.mat_rgba[material, :3] = MATERIALS.get(name, model.mat_rgba[material, :3])
+    for geom in range(model.ngeom):
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_HFIELD:
+            model.geom_rgba[geom, :3] = TILES[1]
+        elif "left" in model.body(model.geom_bodyid[geom]).name:
+            model.geom_rgba[geom] = (*LEFT_LIMBS, 1)
+    if "target" in names:  # acrobot hides the very thing that people must look for
+        model.site_group[model.site_matid == names.index("target")] = 0
+    for texture in range(model.ntex):
+        _retexture(model, texture)
+
+
+def _retexture(model: Any, texture: int) -> None:
+    """The suite's star fields become plain, its dark grid pale; other textures stay."""
+    start, channels = model.tex_adr[texture], model.tex_nchannel[texture]
+    height, width = model.tex_height[texture], model.tex_width[texture]
+    pixels = model.tex_data[start : start + height * width * channels].reshape(height, width, channels)
+    paint = TEXTURES.get(model.tex(texture).name)
+    if paint is not None:
+        pixels[:] = paint(width)
+
+
+def _sky(side: int) -> npt.NDArray[np.uint8]:
+    """Six faces [6·side, side, 3]: right, left, up, down, front, back."""
+    height = np.linspace(1, -1, side)[:, None, None]  # +1 at a side face's top, 0 at the horizon
+    wall = _mix(HORIZON, ZENITH, np.broadcast_to(np.clip(height, 0, 1) ** 0.8, (side, side, 1)))
+    up, down = (
+        _mix(HORIZON, ZENITH, np.ones((side, side, 1))),
+        _mix(HORIZON, ZENITH, np.zeros((side, side, 1))),
+    )
+    return np.concatenate([wall, wall, up, down, wall, wall])
+
+
+def _checks(side: int) -> npt.NDArray[np.uint8]:
+    """Two by two tiles [side, side, 3]."""
+    second_half = np.arange(side) >= side // 2
+    odd = (second_half[:, None] ^ second_half[None, :]).astype(float)
+    return _mix(*TILES, odd[:, :, None])
+
+
+def _backdrop(side: int) -> npt.NDArray[np.uint8]:
+    """One colour [side, side, 3]."""
+    return _mix(BACKDROP, BACKDROP, np.zeros((side, side, 1)))
+
+
+def _mix(first: Colour, second: Colour, share: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
+    mixed = np.asarray(first) * (1 - share) + np.asarray(second) * share
+    return np.round(255 * mixed).astype(np.uint8)
+
+
+TEXTURES: dict[str, Callable[[int], npt.NDArray[np.uint8]]] = {
+    "skybox": _sky,
+    "grid": _checks,
+    "background": _backdrop,
+}
+
+
+@contextmanager
+def endless_floor(model: Any) -> Iterator[None]:
+    """While a scene is built the floor has no end; resets read its true size, so it comes back."""
+    floors = _floors(model)
+    sizes = model.geom_size[floors].copy()
+    model.geom_size[floors, :2] = 0
+    yield
+    model.geom_size[floors] = sizes
+
+
+def _floors(model: Any) -> list[int]:
+    named = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in ("floor", "ground")]
+    return [geom for geom in named if geom >= 0 and model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE]
+
+
+def light(scene: Any, centre: npt.NDArray[np.float64], reach: float) -> None:
+    """Replace a scene's lights: a soft one at the camera and a key light over `centre` [3]."""
+    soft, key = scene.lights[0], scene.lights[1]
+    scene.nlight = 2
+    _set(soft, ambient=0.46, diffuse=0.22, specular=0.0)
+    soft.headlight, soft.castshadow = 1, 0
+    _set(key, ambient=0.0, diffuse=0.42, specular=0.15)
+    key.headlight, key.castshadow = 0, 1
+    key.pos = centre - reach * np.asarray(KEY_DIRECTION)
+    key.dir = np.asarray(KEY_DIRECTION) / np.linalg.norm(KEY_DIRECTION)
+
+
+def _set(source: Any, **strengths: float) -> None:
+    source.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    source.attenuation, source.texid = (1, 0, 0), -1
+    for name, strength in strengths.items():
+        setattr(source, name, (strength, strength, strength))

@@ -1,0 +1,77 @@
+"""Where the rewards of new transitions come from: the environment, or a model learned from answers."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from labels_db.run_config import LearnedReward, RunConfig, TrueReward
+from trainer.collector import Transitions
+from trainer.randomness import Randomness
+from trainer.reward_model import RewardModel
+
+
+class RewardSource(Protocol):
+    def of(self, transitions: Transitions) -> NDArray[np.float32]:
+        """The reward to remember with each new transition, [N]."""
+
+    def state(self) -> dict[str, Any]: ...
+
+    def load(self, state: dict[str, Any]) -> None: ...
+
+
+class EnvironmentReward:
+    """The task's own reward."""
+
+    def of(self, transitions: Transitions) -> NDArray[np.float32]:
+        return transitions.true_rewards
+
+    def state(self) -> dict[str, Any]:
+        return {}
+
+    def load(self, state: dict[str, Any]) -> None:
+        """The environment remembers nothing."""
+
+
+class ModelReward:
+    """The present r̂, so that a new row says what relabelling would."""
+
+    def __init__(self, model: RewardModel) -> None:
+        self.model = model
+
+    def of(self, transitions: Transitions) -> NDArray[np.float32]:
+        observations, actions = (
+            torch.as_tensor(column, device=self.model.device)
+            for column in (transitions.observations, transitions.actions)
+        )
+        rewards: NDArray[np.float32] = self.model(observations, actions).cpu().numpy()
+        return rewards
+
+    def state(self) -> dict[str, Any]:
+        return self.model.state()
+
+    def load(self, state: dict[str, Any]) -> None:
+        self.model.load(state)
+
+
+def make_reward_source(
+    config: RunConfig, randomness: Randomness, device: torch.device
+) -> EnvironmentReward | ModelReward:
+    source: EnvironmentReward | ModelReward = SOURCES[type(config.reward)](config, randomness, device)
+    return source
+
+
+def _learned(config: RunConfig, randomness: Randomness, device: torch.device) -> ModelReward:
+    assert isinstance(config.reward, LearnedReward)
+    known = config.catalogue_entry
+    model = RewardModel(config.reward, known.observation_size, known.action_size, randomness, device)
+    return ModelReward(model)
+
+
+SOURCES: dict[type, Any] = {
+    TrueReward: lambda _config, _randomness, _device: EnvironmentReward(),
+    LearnedReward: _learned,
+}

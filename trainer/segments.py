@@ -1,0 +1,92 @@
+"""Segments: H steps of one episode, drawn in pairs that never overlap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from safetensors.numpy import load as load_arrays
+from safetensors.numpy import save as save_arrays
+from torch import Tensor
+
+from trainer.episodes import Array, EpisodePool, FinishedEpisode
+
+
+@dataclass(frozen=True)
+class SegmentData:
+    """H consecutive steps, cut from an episode of the pool."""
+
+    episode: FinishedEpisode
+    start: int
+    length: int
+
+    def _cut(self, column: Array) -> Array:
+        return column[self.start : self.start + self.length]
+
+    @property
+    def states(self) -> Array:
+        """Simulator states, [H, S]."""
+        return self._cut(self.episode.states)
+
+    @property
+    def true_return(self) -> float:
+        """Undiscounted sum of the true reward."""
+        return float(self._cut(self.episode.rewards).sum())
+
+    @property
+    def inputs(self) -> Array:
+        """Observation and action joined, [H, D + A], as the reward model takes them."""
+        return np.concatenate([self._cut(self.episode.observations), self._cut(self.episode.actions)], -1)
+
+    def to_bytes(self) -> bytes:
+        """The artifact: all that is needed to learn from the segment or to render it again."""
+        columns = ("observations", "actions", "rewards", "states")
+        arrays = {name: np.ascontiguousarray(self._cut(getattr(self.episode, name))) for name in columns}
+        return bytes(save_arrays(arrays, metadata={"episode_seed": str(self.episode.seed)}))
+
+
+def inputs_from_bytes(data: bytes) -> Array:
+    """Observation and action joined, [H, D + A], of a stored segment."""
+    arrays = load_arrays(data)
+    return np.concatenate([arrays["observations"], arrays["actions"]], -1)
+
+
+Pair = tuple[SegmentData, SegmentData]
+
+
+class PairSampler:
+    """Draws pairs of disjoint segments: episodes uniform, starts uniform in [0, L − H]."""
+
+    REDRAWS = 1000
+
+    def __init__(self, pool: EpisodePool, length: int, rng: np.random.Generator) -> None:
+        self.pool = pool
+        self.length = length
+        self.rng = rng
+
+    def can_draw(self) -> bool:
+        """Whether the pool holds two segments that do not overlap."""
+        episodes = self.pool.at_least(self.length)
+        return len(episodes) > 1 or any(len(episode) >= 2 * self.length for episode in episodes)
+
+    def draw(self, count: int) -> list[Pair]:
+        episodes = self.pool.at_least(self.length)
+        return [self._pair(episodes) for _ in range(count)]
+
+    def _pair(self, episodes: list[FinishedEpisode]) -> Pair:
+        for _ in range(self.REDRAWS):
+            first, second = self._segment(episodes), self._segment(episodes)
+            if first.episode is not second.episode or abs(first.start - second.start) >= self.length:
+                return first, second
+        raise ValueError(f"no two disjoint segments of {self.length} steps in {len(episodes)} episodes")
+
+    def _segment(self, episodes: list[FinishedEpisode]) -> SegmentData:
+        episode = episodes[self.rng.integers(len(episodes))]
+        start = int(self.rng.integers(len(episode) - self.length + 1))
+        return SegmentData(episode, start, self.length)
+
+
+def stack_inputs(segments: list[SegmentData]) -> Tensor:
+    """[n, H, D + A]."""
+    return torch.from_numpy(np.stack([segment.inputs for segment in segments]).astype(np.float32))

@@ -1,0 +1,169 @@
+"""The training loop: PEBBLE's Algorithm 2; baselines and ablations put other parts in the same places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labels_db.run_config import RunConfig, StateEntropy
+from trainer.agents.sac import BatchReward, SACAgent, stored_reward
+from trainer.collector import Collector, Transitions
+from trainer.exploration import StateEntropyReward
+from trainer.feedback import Feedback
+from trainer.journal import Journal
+from trainer.preferences import AnsweredQueries
+from trainer.randomness import Randomness
+from trainer.reward_model import RewardModel
+from trainer.reward_source import RewardSource
+
+
+class Upkeep(Protocol):
+    """What happens around the loop without changing what is learned."""
+
+    def before_step(self, training: Training) -> None:
+        """Obey people and say where training is; raises to end the attempt."""
+
+    def after_step(self, training: Training, transitions: Transitions, losses: dict[str, float]) -> None:
+        """Record, evaluate and checkpoint what is due."""
+
+    def phase(self, phase: str) -> None:
+        """Say what is being done."""
+
+    def after_fit(self, training: Training) -> None:
+        """A reward has been learned: keep it."""
+
+
+@dataclass
+class Training:
+    """The parts of one run and how far it has come."""
+
+    config: RunConfig
+    randomness: Randomness
+    collector: Collector
+    agent: SACAgent
+    reward: RewardSource
+    model: RewardModel | None
+    intrinsic: StateEntropyReward | None
+    feedback: Feedback
+    answered: AnsweredQueries | None
+    journal: Journal
+    upkeep: Upkeep
+    step: int = 0
+    fits: int = 0
+    exploring: bool = True
+
+    def train(self) -> None:
+        """Explore, then learn from the reward until the steps are used up (Algorithm 2)."""
+        while self.step < self.config.total_steps:
+            self.upkeep.before_step(self)
+            while (cursor := self.feedback.before_step(self.step)) is not None:  # lines 9–14: ask
+                self.learn_reward(cursor)  # lines 15–17: fit the reward, relabel
+            self.end_exploration_when_due()
+            losses = self.update() if self.can_learn() else {}  # lines 19–21
+            transitions = self.collector.step(self.choose_actions(), self.step)  # line 22
+            self.agent.observe(
+                transitions.observations,
+                transitions.actions,
+                self.reward.of(transitions),
+                transitions.next_observations,
+                transitions.terminated,
+            )
+            self.step += len(transitions.actions)
+            self.upkeep.after_step(self, transitions, losses)
+
+    # The reward ----------------------------------------------------------------------------------
+
+    def learn_reward(self, cursor: int) -> None:
+        """Fit r̂ to every answer up to the cursor, then relabel the whole buffer."""
+        assert self.model is not None
+        assert self.answered is not None
+        labels, fresh = self.answered.up_to(cursor)
+        self.feedback.learned(cursor)
+        if not labels:
+            self.journal.note("No preferences yet: every answer so far was 'cannot tell'.")
+            return
+        self.upkeep.phase("fitting")
+        preferences = self.answered.preferences(labels)
+        report = self.model.fit(preferences, self.answered.preferences(fresh) if fresh else None)
+        scores = self.model.probabilities(preferences.first, preferences.second).mean(0)
+        self.upkeep.phase("relabelling")
+        self.agent.relabel(self.model)
+        self.journal.fit(
+            index=self.fits,
+            step=self.step,
+            cursor=cursor,
+            report=report,
+            probabilities=dict(zip(labels, scores.tolist(), strict=True)),
+        )
+        self.fits += 1
+        self.end_exploration_when_due()
+        self.upkeep.after_fit(self)
+
+    # Exploration ---------------------------------------------------------------------------------
+
+    def end_exploration_when_due(self) -> None:
+        """A learned reward ends exploration with its first fit, a true one at its step (section 1)."""
+        over = self.fits > 0 if self.model is not None else self.step >= self.config.exploration.ends_at
+        if self.exploring and over:
+            self.exploring = False
+            self.begin_with_reward()
+
+    def begin_with_reward(self) -> None:
+        """What the critics learned was the intrinsic reward: begin anew; the actor stays."""
+        if isinstance(self.config.exploration, StateEntropy):
+            self.agent.reset_critic()
+            for _ in range(self.config.exploration.reset_updates):
+                self.agent.update()
+
+    # The agent -----------------------------------------------------------------------------------
+
+    def can_learn(self) -> bool:
+        """After the random steps; an extended run without its buffer first gathers as many again."""
+        return len(self.agent.buffer) >= max(self.config.exploration.seed_steps, 2)
+
+    def update(self) -> dict[str, float]:
+        reward: BatchReward = stored_reward
+        if self.exploring and self.intrinsic is not None:
+            reward = self.intrinsic
+        for _ in range(self.config.agent.updates_per_step * len(self.collector.environments)):
+            losses = self.agent.update(reward)
+        return losses
+
+    def choose_actions(self) -> NDArray[np.float32]:
+        if self.step < self.config.exploration.seed_steps:
+            return self.random_actions()
+        return self.agent.act(self.collector.observations, explore=True)
+
+    def random_actions(self) -> NDArray[np.float32]:
+        shape = (len(self.collector.environments), self.config.catalogue_entry.action_size)
+        return self.randomness.numpy("random actions").uniform(-1, 1, shape).astype(np.float32)
+
+    # Checkpoints ---------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """Everything but the rows of the buffer and the episodes of the pool."""
+        return {
+            "step": self.step,
+            "fits": self.fits,
+            "exploring": self.exploring,
+            "randomness": self.randomness.state(),
+            "collector": self.collector.state(),
+            "agent": self.agent.state(),
+            "reward": self.reward.state(),
+            "intrinsic": self.intrinsic.deviation.state() if self.intrinsic else {},
+            "feedback": self.feedback.state(),
+        }
+
+    def load(self, state: dict[str, Any]) -> None:
+        """Go on from a state; buffer and pool are restored before."""
+        self.step, self.fits, self.exploring = state["step"], state["fits"], state["exploring"]
+        self.collector.load(state["collector"])
+        self.agent.load(state["agent"])
+        self.reward.load(state["reward"])
+        if self.intrinsic:
+            self.intrinsic.deviation.load(state["intrinsic"])
+        self.feedback.load(state["feedback"])
+        self.randomness.load(state["randomness"])

@@ -1,0 +1,140 @@
+"""What happens around the loop of a recorded run: obeying people, evaluating, keeping checkpoints."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+from labels_db.models import Desired, RunState
+from labels_db.run_config import RunConfig
+from trainer.checkpoints import Checkpoints
+from trainer.collector import Transitions
+from trainer.environments.interface import Environment
+from trainer.evaluation import EvaluatedEpisode, evaluate
+from trainer.progress import Progress
+from trainer.rendering import Renderer
+from trainer.training import Training
+
+
+class StopRequestedError(Exception):
+    """Somebody wants the run stopped."""
+
+
+class ShutdownRequestedError(Exception):
+    """The process is told to go; the run is to go on later."""
+
+
+class RecordedUpkeep:
+    """Keeps one attempt in step with the record."""
+
+    METRICS_EVERY = 100
+    """Steps between two entries of each loss."""
+
+    def __init__(
+        self,
+        config: RunConfig,
+        progress: Progress,
+        checkpoints: Checkpoints,
+        environment: Environment,
+        renderer: Renderer,
+    ) -> None:
+        self.config = config
+        self.progress = progress
+        self.checkpoints = checkpoints
+        self.environment = environment
+        self.renderer = renderer
+        self.shutdown = threading.Event()
+        self.evaluated = 0
+        self._saved_at = time.monotonic()
+
+    # Around every step ---------------------------------------------------------------------------
+
+    def before_step(self, training: Training) -> None:
+        status = self.progress.status
+        status.step, status.next_session_step = training.step, training.feedback.next_session_step()
+        self.phase(self._doing(training))
+        self.obey()
+        if training.step // self.config.evaluation.every > self.evaluated // self.config.evaluation.every:
+            self.evaluate(training)
+        if time.monotonic() - self._saved_at > 60 * self.config.checkpoints.minutes:
+            self.save(training)
+
+    def after_step(self, training: Training, transitions: Transitions, losses: dict[str, float]) -> None:
+        if training.step % self.METRICS_EVERY < len(transitions.actions):
+            self.progress.metrics(training.step, losses)
+        for true_return in transitions.episode_returns:
+            self.progress.metrics(training.step, {"episode_return": true_return})
+
+    def after_fit(self, training: Training) -> None:
+        self.save(training)
+
+    def phase(self, phase: str) -> None:
+        self.progress.phase(phase)
+
+    def _doing(self, training: Training) -> str:
+        if training.step < self.config.exploration.seed_steps:
+            return "seeding"
+        return "exploring" if training.exploring else "training"
+
+    # Control -------------------------------------------------------------------------------------
+
+    def obey(self) -> None:
+        """Stand still while paused; raise to end the attempt."""
+        while self._obey_once() is Desired.PAUSE:
+            self.progress.phase("paused", RunState.PAUSED)
+            time.sleep(0.05)
+
+    def _obey_once(self) -> Desired:
+        desired = self.progress.check().desired
+        if self.shutdown.is_set():
+            raise ShutdownRequestedError
+        if desired is Desired.STOP:
+            raise StopRequestedError
+        return desired
+
+    # Evaluation ----------------------------------------------------------------------------------
+
+    def evaluate(self, training: Training) -> list[EvaluatedEpisode]:
+        """Record how the policy does now, and have its first episode rendered if that is wished."""
+        self.phase("evaluating")
+        episodes = evaluate(
+            lambda observations: training.agent.act(observations, explore=False),
+            self.environment,
+            seed=self.config.seed,
+            episodes=self.config.evaluation.episodes,
+            between_steps=self.obey,
+        )
+        training.journal.evaluation(training.step, episodes)
+        self.evaluated = training.step
+        if self._wants_video(training):
+            first = episodes[0]
+            video = self.renderer.video(first.seed, first.states, self.config.step_seconds)
+            training.journal.video(training.step, video)
+        return episodes
+
+    def _wants_video(self, training: Training) -> bool:
+        last = training.step >= self.config.total_steps
+        return {"each": True, "last": last, "none": False}[self.config.evaluation.video]
+
+    # Checkpoints ---------------------------------------------------------------------------------
+
+    def save(self, training: Training, *, rows: bool = True) -> None:
+        """Write a checkpoint; without `rows`, of the networks and counters only (a finished run)."""
+        doing = self.progress.status.phase
+        self.phase("checkpointing")
+        state = {**training.state(), "evaluated": self.evaluated}
+        pool = training.collector.pool if rows else None
+        self.checkpoints.save(training.step, state, training.agent.buffer if rows else None, pool)
+        self._saved_at = time.monotonic()
+        self.phase(doing)
+
+    def load(self, training: Training) -> bool:
+        """Go on from the last checkpoint; False when there is none."""
+        manifest = self.checkpoints.latest()
+        if manifest is None:
+            return False
+        self.checkpoints.restore(manifest, training.agent.buffer, training.collector.pool)
+        state = self.checkpoints.state(manifest)
+        self.evaluated = state.pop("evaluated")
+        training.load(state)
+        return True

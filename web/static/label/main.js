@@ -1,0 +1,191 @@
+// The labelling page: puts its parts together and lets them act on each other.
+
+import { Api, Refusal } from "./api.js";
+import { Fragment } from "./fragments.js";
+import { keysDialog } from "./help.js";
+import { History } from "./history.js";
+import { Keeper } from "./keeper.js";
+import { listenToKeys } from "./keys.js";
+import { labellerForm } from "./labeller.js";
+import { Labelling } from "./labelling.js";
+import { nod } from "./motion.js";
+import { Outbox } from "./outbox.js";
+import { Player } from "./player.js";
+import { Pace, progressText, unsentCount } from "./progress.js";
+import { PairQueue } from "./queue.js";
+import { arrivalSound } from "./sound.js";
+import { Kept } from "./storage.js";
+import { badge } from "./title.js";
+import { View } from "./view.js";
+
+const SAID = { left: "Left preferred", right: "Right preferred", equal: "Equal", skip: "Cannot tell" };
+
+const root = document.querySelector("[data-label]");
+const run = root.dataset.run;
+const one = (selector) => document.querySelector(selector);
+
+const api = new Api(run);
+const view = new View(root);
+const queue = new PairQueue();
+const history = new History(new Kept(sessionStorage, `pebble:history:${run}`, []));
+const outbox = new Outbox(new Kept(localStorage, `pebble:outbox:${run}`, []), send);
+const keeper = new Keeper({ api, queue, outbox });
+const player = new Player(one("#left"), one("#right"), one("[data-position]"));
+const pace = new Pace(new Kept(sessionStorage, "pebble:pace", []));
+const labelling = new Labelling({ queue, outbox, history, player });
+const taught = new Fragment(one("[data-taught]"), `/runs/${encodeURIComponent(run)}/label/taught`);
+const summary = new Fragment(one("[data-summary]"), `/runs/${encodeURIComponent(run)}/label/summary`);
+const beep = arrivalSound(one("[data-sound]"), new Kept(localStorage, "pebble:sound", false));
+
+let state = null;
+let nothingWaits = false;
+let reached = true;
+
+function send(item) {
+  const count = keeper.wanted;
+  if (item.kind === "retract") return api.retract(item.answer_id, { retraction_id: item.id, count });
+  const { id, lease_id, pressed, shown_at, goal } = item;
+  // A lease that a refused retraction never brought: nothing stands behind this answer any more.
+  if (lease_id === null) return Promise.reject(new Refusal(409, "its pair was not lent again"));
+  return api.answer({ answer_id: id, lease_id, pressed, shown_at, goal_card_version: goal, count });
+}
+
+function showProgress() {
+  if (!state) return;
+  const given = Math.max(0, state.given + unsentCount(outbox.items));
+  view.setProgress(progressText({ ...state, given }, pace.seconds));
+  view.setUndo(history.length > 0);
+}
+
+function showHead() {
+  const head = queue.head;
+  if (head?.ready) {
+    if (head !== player.pair) labelling.show(head);
+    view.showPair();
+    return;
+  }
+  player.clear();
+  if (head || !state?.message) view.showWait();
+  else showReason(state.message);
+}
+
+function showReason({ kind, sentence }) {
+  view.showEmpty(kind, sentence);
+  if (kind === "finished" || kind === "answered") summary.update(state.taught);
+}
+
+function attend() {
+  const waiting = Math.max(queue.length, document.hidden ? (state?.available ?? 0) : 0);
+  badge(waiting);
+  if (waiting && nothingWaits) {
+    beep();
+    view.announce(waiting === 1 ? "A pair is ready." : `${waiting} pairs are ready.`);
+  }
+  nothingWaits = waiting === 0;
+}
+
+labelling.addEventListener("answered", ({ detail }) => {
+  nod(view.clips, detail.pressed);
+  pace.add(detail.milliseconds);
+  view.beginSaving();
+  showProgress();
+  view.announce(`${SAID[detail.pressed]}. ${view.progress.textContent.split(" · ")[0]}.`);
+});
+labelling.addEventListener("undone", ({ detail }) => {
+  showProgress();
+  view.announce(`Taken back: ${SAID[detail.pressed]}.`);
+});
+
+queue.addEventListener("head", showHead);
+queue.addEventListener("broken", ({ detail }) => view.say(`A pair was passed over: ${detail}.`));
+
+outbox.addEventListener("change", () => {
+  view.setSaved(outbox.items.length, { failing: outbox.failures > 0, signedOut: outbox.signedOut });
+  showProgress();
+});
+outbox.addEventListener("sent", ({ detail: { item, reply } }) => {
+  if (item.kind === "retract" && reply.lease) labelling.resolve(item.id, reply.lease.lease_id);
+  keeper.heard(reply);
+});
+outbox.addEventListener("refused", ({ detail: { item, error } }) => {
+  labelling.refuse(item);
+  view.say(`One pair was passed over: ${error.message}.`);
+  keeper.poke();
+});
+
+keeper.addEventListener("state", ({ detail }) => {
+  state = detail;
+  labelling.goal = state.goal?.version;
+  view.setGoal(state.goal);
+  if (!reached) outbox.retryNow();
+  reached = true;
+  showProgress();
+  showHead();
+  attend();
+  taught.update(state.taught);
+  if (!outbox.items.length) view.setSaved(0, { failing: false });
+});
+keeper.addEventListener("refused", ({ detail }) => {
+  queue.drop(() => true);
+  view.showEmpty("refused", detail.error.message);
+});
+keeper.addEventListener("unreached", ({ detail }) => {
+  reached = false;
+  if (outbox.items.length === 0) view.setUnreached(detail.signedOut);
+});
+
+const act = {
+  canPress: () => root.dataset.mode === "pair",
+  press: (side, at) => labelling.press(side, at),
+  undo: () => labelling.undo() || view.say("There is nothing to take back."),
+  replay: () => player.pair && player.replay(),
+  help: keysDialog(one("[data-keys]"), document.querySelectorAll("[data-open-keys]")),
+};
+
+/** A button that was clicked gives the focus back, or Space would press it again instead of replaying. */
+function onClick(button, action) {
+  button.addEventListener("click", (event) => {
+    if (event.detail > 0) button.blur();
+    action(event);
+  });
+}
+
+listenToKeys(act);
+for (const button of view.answers) onClick(button, (event) => act.press(button.dataset.press, event.timeStamp));
+onClick(view.undo, act.undo);
+onClick(one("[data-replay]"), act.replay);
+
+const rate = new Kept(localStorage, "pebble:rate", 1);
+const speed = one("[data-speed]");
+function showRate() {
+  player.setRate(rate.get());
+  speed.setAttribute("aria-pressed", `${rate.get() !== 1}`);
+  speed.textContent = rate.get() === 1 ? "1×" : "½×";
+}
+onClick(speed, () => {
+  rate.set(rate.get() === 1 ? 0.5 : 1);
+  showRate();
+});
+showRate();
+
+labellerForm(one("[data-labeller]"), {
+  say: (text) => view.say(text),
+  rename: async (name) => {
+    if (outbox.items.length) throw new Error("Your last answers are still being sent; try again in a moment.");
+    await api.beNamed(name);
+    history.clear();
+    location.reload();
+  },
+});
+
+document.addEventListener("visibilitychange", () => (document.hidden ? player.pause() : player.resume()));
+addEventListener("focus", attend);
+addEventListener("blur", attend);
+if (document.hidden) player.pause();
+
+for (const element of document.querySelectorAll("[data-script]")) element.hidden = false;
+queue.exclude(outbox.items.map((item) => item.lease_id).filter((id) => id != null));
+view.showWait();
+view.setUndo(history.length > 0);
+outbox.drain();
+keeper.poke();

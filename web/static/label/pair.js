@@ -1,0 +1,65 @@
+// One pair of clips: how it was lent, and its two sprite sheets, decoded before they are needed.
+
+import { Refusal, Unreachable } from "./api.js";
+
+/**
+ * @typedef {{url: string, frames: number, rows: number, columns: number, width: number, height: number,
+ *   duration: number, times: number[]}} Clip
+ */
+
+export class Pair {
+  #loading = null;
+  /** @type {{left: ImageBitmap, right: ImageBitmap} | null} */
+  sheets = null;
+
+  /** @param {{lease_id: number | null, lease_of?: string | null, query_id: number, left: Clip, right: Clip}} lease */
+  constructor(lease) {
+    this.leaseId = lease.lease_id;
+    /** The retraction that will bring a new lease, while `leaseId` is null. */
+    this.leaseOf = lease.lease_of ?? null;
+    this.queryId = lease.query_id;
+    this.left = lease.left;
+    this.right = lease.right;
+  }
+
+  get ready() {
+    return this.sheets !== null;
+  }
+
+  /** Fetch and decode both sheets, once. */
+  load() {
+    this.#loading ??= this.#decode().finally(() => (this.#loading = null));
+    return this.ready ? Promise.resolve() : this.#loading;
+  }
+
+  async #decode() {
+    const [left, right] = await Promise.all([decoded(this.left.url), decoded(this.right.url)]);
+    this.sheets = { left, right };
+  }
+
+  /** Free the decoded sheets; they can be loaded again. */
+  close() {
+    this.sheets?.left.close();
+    this.sheets?.right.close();
+    this.sheets = null;
+  }
+
+  toJSON() {
+    const { leaseId, leaseOf, queryId, left, right } = this;
+    return { lease_id: leaseId, lease_of: leaseOf, query_id: queryId, left, right };
+  }
+}
+
+async function decoded(url) {
+  const reply = await fetch(url).catch((error) => {
+    throw new Unreachable(error.message);
+  });
+  if (reply.status >= 500 || reply.status === 401) throw new Unreachable(`${url}: ${reply.status}`);
+  if (!reply.ok) throw new Refusal(reply.status, "its clip is gone");
+  const blob = await reply.blob().catch((error) => {
+    throw new Unreachable(error.message);
+  });
+  return createImageBitmap(blob).catch(() => {
+    throw new Refusal(422, "its clip cannot be read");
+  });
+}
