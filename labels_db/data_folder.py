@@ -26,6 +26,11 @@ class DataFolder:
     def token_path(self) -> Path:
         return self.path / "token"
 
+    @property
+    def heartbeat_path(self) -> Path:
+        """Touched by every supervisor each time it looks."""
+        return self.path / "supervisor.heartbeat"
+
     def log_path(self, run_id: str) -> Path:
         return self.path / "logs" / f"{run_id}.log"
 

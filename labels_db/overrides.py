@@ -36,15 +36,15 @@ def with_settings(config: RunConfig, settings: Mapping[str, str]) -> RunConfig:
         raise setting_error(error) from error
 
 
-def with_kinds(config: RunConfig, kinds: Mapping[str, str]) -> RunConfig:
-    """The configuration with those kinds of parts, for showing only: whether the parts fit is not checked.
+def with_kinds(config: RunConfig, settings: Mapping[str, str]) -> RunConfig:
+    """The configuration with the kinds among the settings, for showing only: its fit is not checked.
 
     A kind of a part that the others leave no place for is passed over.
     """
     tree = config.model_dump()
-    for path in sorted(kinds, key=lambda path: path.count(".")):
+    for path in sorted((path for path in settings if path.endswith(".kind")), key=_kinds_first):
         with suppress(SettingError):
-            _set(tree, path, kinds[path])
+            _set(tree, path, settings[path])
     fields = RunConfig.model_fields.items()
     parts = {
         name: TypeAdapter[Any](cast(Any, info.annotation)).validate_python(tree[name])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import random
 from collections.abc import Sequence
 from datetime import datetime, timedelta
@@ -221,11 +222,13 @@ def held_leases(run_id: str, labeller_id: int, now: datetime) -> Select[Lease]:
     )
 
 
+@functools.cache  # building it anew costs more than running it
 def unanswered() -> ColumnElement[bool]:
     """Condition on `Lease`: no answer was ever given through it."""
     return ~exists().where(Answer.lease_id == Lease.id)
 
 
+@functools.cache  # building it anew costs more than running it
 def standing() -> ColumnElement[bool]:
     """Condition on `Answer`: a choice that no retraction has taken back."""
     retraction = aliased(Answer)
@@ -254,15 +257,25 @@ def available_queries(run_id: str, labeller_id: int, now: datetime) -> Select[Qu
 # Answers -----------------------------------------------------------------------------------------
 
 
-def choice_of(pressed: Pressed, *, swapped: bool) -> Choice:
-    """The pressed side in the query's own order: the one place where sides become first and second."""
-    first, second = (Pressed.RIGHT, Pressed.LEFT) if swapped else (Pressed.LEFT, Pressed.RIGHT)
+def choices_by_key(*, swapped: bool) -> dict[Pressed, Choice]:
+    """What each key means for the query's own order: the one place where sides become first and second."""
+    left, right = (Choice.SECOND, Choice.FIRST) if swapped else (Choice.FIRST, Choice.SECOND)
     return {
-        first: Choice.FIRST,
-        second: Choice.SECOND,
+        Pressed.LEFT: left,
+        Pressed.RIGHT: right,
         Pressed.EQUAL: Choice.EQUAL,
         Pressed.SKIP: Choice.SKIP,
-    }[pressed]
+    }
+
+
+def choice_of(pressed: Pressed, *, swapped: bool) -> Choice:
+    """The pressed side in the query's own order."""
+    return choices_by_key(swapped=swapped)[pressed]
+
+
+def pressed_for(choice: Choice, *, swapped: bool) -> Pressed:
+    """The key that says so: what scripted teachers press."""
+    return next(key for key, meant in choices_by_key(swapped=swapped).items() if meant is choice)
 
 
 def answer_query(

@@ -291,3 +291,10 @@ def _expect(run: Run, action: str, *states: RunState) -> Run:
         allowed = ", ".join(states)
         raise ConflictError(f"run {run.id}: cannot {action} while {run.state}; only when {allowed}")
     return run
+
+
+def attempt_died(session: Session, claim: Claim, reason: str) -> None:
+    """The attempt's process is gone: unless it had given the run up itself, somebody else must go on."""
+    run = get_run(session, claim.run_id)
+    if run.attempt == claim.attempt and run.state in ALIVE:
+        interrupt_run(session, run, reason)

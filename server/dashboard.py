@@ -9,7 +9,7 @@ from fastapi import APIRouter, Request
 from pydantic import TypeAdapter, ValidationError
 from starlette.responses import RedirectResponse, Response
 
-from labels_db.models import utc_now
+from labels_db.models import ALIVE, utc_now
 from labels_db.overrides import SettingError, with_kinds
 from labels_db.overview import overviews
 from labels_db.presets import Preset, presets
@@ -17,7 +17,7 @@ from server.api_requests import GoalText, Title
 from server.forms import Typed
 from server.new_run import chosen_config, chosen_preset, queue_run
 from server.run_form import complaints, fill_form, settings_in
-from server.run_view import view
+from server.run_view import RunView, view
 from server.services import Services, ServicesDep
 from server.templating import render
 
@@ -58,8 +58,15 @@ def dashboard(request: Request, services: ServicesDep) -> Response:
     """Every run, and the ways to start one."""
     now = utc_now()
     with services.database.read() as session:
-        runs = [view(seen, now) for seen in overviews(session)]
+        runs = sorted((view(seen, now) for seen in overviews(session)), key=_rank)
     return render(request, "dashboard.html", runs=runs, groups=GROUPS, first=not runs)
+
+
+def _rank(shown: RunView) -> tuple[int, int]:
+    """Runs that go on first, then the queue in its order, then the ended; otherwise as they come."""
+    if shown.run.state in ALIVE:
+        return (0, 0)
+    return (1, shown.seen.queue_position) if shown.seen.queue_position else (2, 0)
 
 
 @router.get("/new")

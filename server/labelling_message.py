@@ -98,12 +98,21 @@ def _on_their_way(queue: Queue, _now: datetime) -> MessageOut | None:
     return None
 
 
+DOING = {
+    "seeding": "trying things out",
+    "exploring": "trying things out",
+    "fitting": "learning from your answers",
+    "relabelling": "learning from your answers",
+}
+
+
 def _training(queue: Queue, now: datetime) -> MessageOut:
+    doing = f"The agent is {DOING.get(queue.run.phase, 'training')}"
     left = _seconds_to(queue, queue.run.next_session_step, now)
     if left is None:
-        return _say("training", "The agent is training: the next pairs come in a while.", BY_ITSELF)
+        return _say("training", f"{doing}: the next pairs come in a while.", BY_ITSELF)
     when = f"in about {_span(left)}" if left >= 1 else "any moment now"
-    return _say("training", f"The agent is training: next pairs {when}.", seconds=left)
+    return _say("training", f"{doing}: next pairs {when}.", seconds=left)
 
 
 def _seconds_to(queue: Queue, step: int | None, now: datetime) -> float | None:

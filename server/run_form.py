@@ -19,6 +19,9 @@ from labels_db.run_config import RunConfig
 from server.new_run import chosen_config
 from server.words import number, size
 
+A_LOT = 1_000_000
+"""Upper bounds from here on keep mistakes out; nobody needs to read them."""
+
 SUGGESTIONS = {"environment.task": "dmc:", "environment.behaviour": "behaviour:"}
 
 
@@ -44,7 +47,8 @@ class FormField:
 
     @property
     def description(self) -> str:
-        return self.setting.description
+        meaning = self.setting.choices.get(self.text, "") if self.is_kind else ""
+        return meaning or self.setting.description
 
     @property
     def is_kind(self) -> bool:
@@ -125,6 +129,8 @@ def bounds(setting: ConfigField) -> str:
     low, high = setting.minimum, setting.maximum
     if low is None or high is None:
         return ""
+    if high >= A_LOT:
+        return f"{'More than' if setting.open_minimum else 'At least'} {_figure(low)}"
     if setting.open_minimum:
         return f"More than {_figure(low)}, at most {_figure(high)}"
     return f"From {_figure(low)} to {_figure(high)}"
@@ -138,8 +144,7 @@ def fill_form(
     preset: Preset, profile: str, given: Mapping[str, str], errors: Mapping[str, str], folder: Path
 ) -> RunForm:
     """The form for what was typed so far: other kinds bring other fields."""
-    kinds = {path: value for path, value in given.items() if path.endswith(".kind")}
-    shape = with_kinds(preset.config(profile), kinds)
+    shape = with_kinds(preset.config(profile), given)
     return RunForm(
         preset=preset,
         profile=profile,

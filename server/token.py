@@ -15,7 +15,8 @@ def access_token(data: DataFolder) -> str:
     path = data.token_path
     if not path.exists():
         _store(path, secrets.token_urlsafe(24), replace=False)
-    return path.read_text(encoding="ascii").strip()
+    # An emptied file must not mean that the empty token opens everything.
+    return path.read_text(encoding="ascii").strip() or renew_token(data)
 
 
 def renew_token(data: DataFolder) -> str:

@@ -60,3 +60,10 @@ def plural(count: int, noun: str) -> str:
 def percent(share: float | None) -> str:
     """A share in percent, or a dash where there is none."""
     return "–" if share is None else f"{share:.0%}"
+
+
+def measure(value: object) -> str:
+    """What an evaluation measured: a count whole, another number with a decimal, anything else as it is."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return decimal(value, 0 if value == int(value) else 1)
+    return str(value)

@@ -1,50 +1,34 @@
-"""A run with people whose clips are drawn here: small windmills, so that no simulator is needed."""
+"""A run with people, as its trainer leaves it in the record: drawn clips, queries, heartbeats."""
 
 from __future__ import annotations
 
 import functools
-import io
-import math
 import random
 from dataclasses import dataclass, field
 
-from PIL import Image, ImageDraw
-
 from labels_db.database import Database
-from labels_db.models import Answer, Clip, FeedbackSession, Lease, Query, RunState, Segment, utc_now
+from labels_db.models import Answer, Clip, FeedbackSession, Lease, Pressed, Query, RunState, Segment, utc_now
 from labels_db.presets import preset_named
-from labels_db.queries import answers_since, labeller_named, lease_queries, open_session, post_query
+from labels_db.queries import (
+    answer_query,
+    answers_since,
+    labeller_named,
+    lease_queries,
+    open_session,
+    post_query,
+)
 from labels_db.records import attach_video, record_evaluation
 from labels_db.runs import Claim, Report, beat, claim, finish_run, get_run, request_run
 from labels_db.storage import ArtifactStore
+from tests.web import pictures
+from tests.web.pictures import COLUMNS, FRAMES, HEIGHT, WIDTH
 
-FRAMES, COLUMNS, WIDTH, HEIGHT = 25, 5, 320, 240
 SPEEDS = (0.4, 1.0, 1.7, 2.4)
 GOAL = "Prefer the clip in which the pole turns clockwise, faster and more evenly."
 
 
-def frame(angle: float) -> Image.Image:
-    """One picture of a pole on a cart, `angle` radians clockwise from upright."""
-    image = Image.new("RGB", (WIDTH, HEIGHT), "#dfe6ee")
-    draw = ImageDraw.Draw(image)
-    draw.rectangle((0, 160, WIDTH, HEIGHT), fill="#b9c4cf")
-    draw.rectangle((130, 110, 190, 130), fill="#3b4b5c")
-    tip = (160 + 80 * math.sin(angle), 120 - 80 * math.cos(angle))
-    draw.line(((160, 120), tip), fill="#c2703d", width=9)
-    draw.ellipse((tip[0] - 9, tip[1] - 9, tip[0] + 9, tip[1] + 9), fill="#8c4a20")
-    return image
-
-
-@functools.cache
-def sheet(speed: float) -> bytes:
-    """A second of turning at so many turns a second, as a sprite sheet."""
-    image = Image.new("RGB", (COLUMNS * WIDTH, math.ceil(FRAMES / COLUMNS) * HEIGHT))
-    for index in range(FRAMES):
-        turned = frame(2 * math.pi * (speed * index / FRAMES + 0.1 * speed))
-        image.paste(turned, (index % COLUMNS * WIDTH, index // COLUMNS * HEIGHT))
-    buffer = io.BytesIO()
-    image.save(buffer, "WEBP", quality=70, method=0)
-    return buffer.getvalue()
+sheet = functools.cache(pictures.sheet)
+video = functools.cache(pictures.video)
 
 
 def has_true_return(text: str) -> bool:
@@ -123,7 +107,7 @@ class LabelRun:
             artifact_key=key,
             checksum=checksum,
             frames=FRAMES,
-            rows=math.ceil(FRAMES / COLUMNS),
+            rows=FRAMES // COLUMNS,
             columns=COLUMNS,
             width=WIDTH,
             height=HEIGHT,
@@ -147,10 +131,10 @@ class LabelRun:
         with self.database.write() as session:
             session.get_one(FeedbackSession, 1).asked = self.posted
 
-    def film(self, step: int, video: bytes) -> None:
+    def film(self, step: int, speed: float = 1.0) -> None:
         """An evaluation with its video."""
         key = f"runs/{self.run_id}/videos/{step}.mp4"
-        self.store.write(key, video)
+        self.store.write(key, video(speed))
         with self.database.write() as session:
             record_evaluation(session, self.owner, step=step, returns=[3.125], measures={}, video_key=None)
             attach_video(session, self.owner, step=step, video_key=key)
@@ -183,6 +167,20 @@ class LabelRun:
             for lease in found:
                 _ = lease.query.index
             return found
+
+    def answer_all_as(self, name: str, *, but: int = 0) -> None:
+        """Somebody of that name prefers the left clip of every pair but the last ones."""
+        lent = self.lend_to(name, count=self.posted - but)
+        with self.database.write() as session:
+            for lease in lent:
+                answer_query(
+                    session,
+                    lease.id,
+                    lease.labeller_id,
+                    answer_id=f"{name}-{lease.id}",
+                    pressed=Pressed.LEFT,
+                    now=utc_now(),
+                )
 
     def swap(self, query_index: int, *, swapped: bool) -> None:
         """Have the sides of a leased query be as a test needs them."""

@@ -23,7 +23,7 @@ from labels_db.runs import (
     yield_run,
 )
 from trainer.assembly import RecordedRun, recorded_run
-from trainer.evaluation import EvaluatedEpisode
+from trainer.evaluation import EvaluatedEpisode, mean_measures
 from trainer.upkeep import ShutdownRequestedError, StopRequestedError
 
 log = structlog.get_logger()
@@ -42,6 +42,7 @@ class Attempt:
         self.store = data.open_store()
         self.last_evaluation: list[EvaluatedEpisode] = []
         self._shutdown_asked = False
+        self._left_as = RunState.QUEUED
         self.run: RecordedRun | None = None
 
     def shutdown(self) -> None:
@@ -49,6 +50,19 @@ class Attempt:
         self._shutdown_asked = True
         if self.run is not None:
             self.run.upkeep.shutdown.set()
+
+    def stop(self) -> None:
+        """End soon, with a checkpoint, stopped until somebody resumes it (signal-safe)."""
+        self._left_as = RunState.STOPPED
+        self.shutdown()
+
+    @property
+    def last_measures(self) -> dict[str, float]:
+        """Mean return and measures of the last evaluation; empty before it."""
+        if not self.last_evaluation:
+            return {}
+        returns = [episode.true_return for episode in self.last_evaluation]
+        return {"return": sum(returns) / len(returns), **mean_measures(self.last_evaluation)}
 
     def live(self) -> RunState:
         """Train until the run finishes, fails, or is stopped; returns the state it is left in."""
@@ -78,7 +92,7 @@ class Attempt:
         except StopRequestedError:
             return self._leave(RunState.STOPPED)
         except ShutdownRequestedError:
-            return self._leave(RunState.QUEUED)
+            return self._leave(self._left_as)
         return RunState.FINISHED
 
     def _finish(self, run: RecordedRun, *, keep_buffer: bool) -> None:

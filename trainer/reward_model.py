@@ -74,7 +74,7 @@ class RewardModel:
         weights = randomness.torch("reward weights")
         self._order = randomness.torch("reward batches")
         self.members = EnsembleMLP(config.members, sizes, leaky_relu, linear_default, weights).to(device)
-        self.optimizer = torch.optim.Adam(self.members.parameters(), lr=config.learning_rate)
+        self.optimizer = torch.optim.Adam(self.members.parameters(), lr=config.learning_rate, fused=True)
 
     # What it says --------------------------------------------------------------------------------
 

@@ -4,40 +4,43 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from sqlalchemy.orm import Session
 
-from labels_db.models import Choice, LabellerKind, Pressed, Query, utc_now
-from labels_db.queries import answer_query, labeller_named, lend
-from labels_db.run_config import Human, Oracle
+from labels_db.models import Choice, LabellerKind, Query, utc_now
+from labels_db.queries import answer_query, labeller_named, lend, pressed_for
+from labels_db.run_config import Config, Human, Oracle
 
-ScriptedTeacher = Callable[[float, float], Choice]
+ScriptedTeacher = Callable[[float | None, float | None], Choice]
 """(true return of σ⁰, true return of σ¹) → choice."""
 
-PRESSED = {
-    Choice.FIRST: Pressed.LEFT,
-    Choice.SECOND: Pressed.RIGHT,
-    Choice.EQUAL: Pressed.EQUAL,
-    Choice.SKIP: Pressed.SKIP,
-}
-"""The side a scripted teacher presses: it sees every query unswapped."""
 
-
-def oracle(first: float, second: float) -> Choice:
+def oracle(first: float | None, second: float | None) -> Choice:
     """Always the larger true return; an exact tie is equal."""
+    if first is None or second is None:
+        raise ValueError("a scripted teacher needs the environment's true reward, and this one has none")
     if first == second:
         return Choice.EQUAL
     return Choice.FIRST if first > second else Choice.SECOND
 
 
-SCRIPTED: dict[type, Callable[[Oracle], ScriptedTeacher]] = {Oracle: lambda _config: oracle}
+SCRIPTED: dict[type[Config], Callable[[Any], ScriptedTeacher]] = {Oracle: lambda _config: oracle}
 """Scripted teachers by the type of their configuration; people answer on their own."""
 
 
 def scripted_teacher(config: Human | Oracle) -> ScriptedTeacher | None:
     """The configured teacher as a function, or None where people answer."""
     make = SCRIPTED.get(type(config))
-    return make(config) if make and isinstance(config, Oracle) else None
+    return make(config) if make else None
+
+
+def scripted_teacher_named(kind: str) -> ScriptedTeacher:
+    """The scripted teacher of that kind with its default settings; ValueError names the ones there are."""
+    known = {str(config.model_fields["kind"].default): config for config in SCRIPTED}
+    if kind not in known:
+        raise ValueError(f"{kind!r}: unknown; one of {', '.join(known)}")
+    return SCRIPTED[known[kind]](known[kind]())
 
 
 def answer_all(session: Session, name: str, teacher: ScriptedTeacher, queries: Sequence[Query]) -> None:
@@ -48,7 +51,7 @@ def answer_all(session: Session, name: str, teacher: ScriptedTeacher, queries: S
     labeller = labeller_named(session, name, LabellerKind.SCRIPTED)
     now = utc_now()
     for query in queries:
-        choice = teacher(_true_return(query.first.true_return), _true_return(query.second.true_return))
+        choice = teacher(query.first.true_return, query.second.true_return)
         lease = lend(session, query.id, labeller.id, now, swapped=False)
         session.flush()
         answer_query(
@@ -56,12 +59,6 @@ def answer_all(session: Session, name: str, teacher: ScriptedTeacher, queries: S
             lease.id,
             labeller.id,
             answer_id=str(uuid.uuid5(uuid.NAMESPACE_URL, f"{query.run_id}/{query.id}/{name}")),
-            pressed=PRESSED[choice],
+            pressed=pressed_for(choice, swapped=False),
             now=now,
         )
-
-
-def _true_return(value: float | None) -> float:
-    if value is None:
-        raise ValueError("a scripted teacher needs the environment's true reward, and this one has none")
-    return value

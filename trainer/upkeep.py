@@ -122,6 +122,7 @@ class RecordedUpkeep:
         """Write a checkpoint; without `rows`, of the networks and counters only (a finished run)."""
         doing = self.progress.status.phase
         self.phase("checkpointing")
+        self.progress.flush()  # what lies before a checkpoint is not measured again
         state = {**training.state(), "evaluated": self.evaluated}
         pool = training.collector.pool if rows else None
         self.checkpoints.save(training.step, state, training.agent.buffer if rows else None, pool)

@@ -89,7 +89,7 @@ def test_an_older_database_keeps_its_rows(database: Database) -> None:
 def test_a_newer_database_is_refused(database: Database) -> None:
     with database.write() as session:
         session.connection().exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
-    with pytest.raises(NewerDatabaseError, match="made by a newer Pebble .*9999.*Update this installation"):
+    with pytest.raises(NewerDatabaseError, match=r"made by a newer Pebble .*9999.*Update this installation"):
         open_database(database.path)
 
 

@@ -29,7 +29,7 @@ def processes() -> Iterator[ProcessPoolExecutor]:
 
 
 def test_two_supervisors_never_own_one_run(database: Database, processes: ProcessPoolExecutor) -> None:
-    names = {f"run-{number}" for number in range(40)}
+    names = {f"run-{number}" for number in range(20)}
     with database.write() as session:
         for name in names:
             given.a_run(session, name)
@@ -42,11 +42,11 @@ def test_numbers_have_no_gap_and_a_cursor_misses_none(
     database: Database, processes: ProcessPoolExecutor
 ) -> None:
     with database.write() as session:
-        given.queries(session, given.a_claim(session), 120)
+        given.queries(session, given.a_claim(session), 60)
     futures = [processes.submit(workers.answer_until_none, database.path, f"p{n}") for n in range(4)]
     read = _poll(database, futures)
     answered = [answer_id for future in futures for answer_id in future.result()]
-    assert [sequence for sequence, _ in read] == list(range(1, 121))
+    assert [sequence for sequence, _ in read] == list(range(1, 61))
     assert sorted(answer_id for _, answer_id in read) == sorted(answered)
 
 
@@ -64,13 +64,11 @@ def _poll(database: Database, futures: list[Future[list[str]]]) -> list[tuple[in
 
 def test_a_killed_process_loses_no_acknowledged_answer(database: Database) -> None:
     with database.write() as session:
-        given.queries(session, given.a_claim(session), 400)
-    code = f"from pathlib import Path; from tests.labels_db.workers import *; answer_aloud(Path({str(database.path)!r}))"
-    with subprocess.Popen(
-        [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True
-    ) as writer:
+        given.queries(session, given.a_claim(session), 150)
+    writing = [sys.executable, "-m", "tests.labels_db.workers", str(database.path)]
+    with subprocess.Popen(writing, cwd=ROOT, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
-        heard = [next(writer.stdout).strip() for _ in range(60)]
+        heard = [next(writer.stdout).strip() for _ in range(25)]
         writer.kill()
         heard += [line.strip() for line in writer.stdout if line.endswith("\n")]
     with database.write() as session:
@@ -78,7 +76,7 @@ def test_a_killed_process_loses_no_acknowledged_answer(database: Database) -> No
         sequences = session.scalars(select(Answer.sequence).order_by(Answer.sequence)).all()
         assert session.connection().exec_driver_sql("PRAGMA integrity_check").scalar() == "ok"
     assert list(kept[: len(heard)]) == heard
-    assert len(kept) < 400
+    assert len(kept) < 150
     assert list(sequences) == list(range(1, len(kept) + 1))
 
 

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from labels_db import queries, records, runs
 from labels_db.database import Database
 from labels_db.errors import AttemptLostError, ConflictError, NotFoundError
-from labels_db.models import ALIVE, Desired, Event, Run, RunState
+from labels_db.models import ALIVE, Desired, Event, FeedbackSession, Run, RunState
 from labels_db.overrides import SettingError
 from labels_db.runs import STALE_AFTER, Claim, Report
 from tests.labels_db import given
@@ -88,7 +88,7 @@ TRAINER_WRITES: dict[str, Callable[[Session, Claim], object]] = {
     "query": lambda s, c: queries.post_query(
         s,
         c,
-        queries.FeedbackSession(id=1),
+        FeedbackSession(id=1),
         index=0,
         segments=(given.a_segment("mill", 0), given.a_segment("mill", 1)),
         scheme="uniform",
@@ -244,7 +244,8 @@ def test_resuming_a_failed_run_forgives_its_failures(database: Database) -> None
         run = given.a_run(session)
         run.state, run.error, run.fruitless_attempts = RunState.FAILED, "boom", 3
         runs.resume_run(session, "mill")
-        assert (run.error, run.fruitless_attempts) == (None, 0)
+        assert run.error is None
+        assert run.fruitless_attempts == 0
 
 
 @pytest.mark.parametrize("state", [state for state in RunState if state is not RunState.FINISHED])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 from pathlib import Path
 
 from labels_db.data_folder import DataFolder
@@ -14,7 +15,8 @@ from labels_db.runs import claim_run
 
 def claim_until_none(path: Path) -> list[str]:
     """Claim queued runs one by one; returns whose owner this process became."""
-    database, owned = Database(path), []
+    database = Database(path)
+    owned: list[str] = []
     while True:
         with database.write() as session:
             claimed = claim_run(session, "worker", max_parallel=1000, now=utc_now())
@@ -25,7 +27,8 @@ def claim_until_none(path: Path) -> list[str]:
 
 def answer_until_none(path: Path, name: str) -> list[str]:
     """Answer whatever the run `mill` has for a labeller of that name; returns the answers' ids."""
-    database, given = Database(path), []
+    database = Database(path)
+    given: list[str] = []
     while answer_id := answer_one(database, name, len(given)):
         given.append(answer_id)
     return given
@@ -57,3 +60,7 @@ def open_record(folder: Path) -> int:
     with database.read() as session:
         tables = session.connection().exec_driver_sql("SELECT count(*) FROM sqlite_master WHERE type='table'")
         return int(tables.scalar_one())
+
+
+if __name__ == "__main__":
+    answer_aloud(Path(sys.argv[1]))

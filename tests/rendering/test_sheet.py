@@ -18,7 +18,7 @@ from trainer.rendering.sheet import MAX_BYTES, EncodedClip, Frame, chosen_steps,
 
 @pytest.mark.parametrize(
     ("steps", "frames"),
-    [(1, 1), (10, 10), (19, 19), (20, 20), (30, 30), (40, 20), (50, 25), (100, 25), (60, 30), (72, 24)],
+    [(1, 1), (10, 10), (19, 19), (20, 20), (30, 30), (40, 20), (50, 25), (100, 25), (60, 20), (72, 24)],
 )
 def test_frame_counts(steps: int, frames: int) -> None:
     assert len(chosen_steps(steps)) == frames

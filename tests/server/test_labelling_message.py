@@ -28,6 +28,7 @@ def a_queue(*, place: int | None = None, asks_people: bool = True, progress: Any
         "next_session_step": None,
         "wanted_answers": 0,
         "heartbeat_at": NOW,
+        "phase": "training",
     }
     return Queue(
         run=Run(**{**facts, **run}),
@@ -65,6 +66,7 @@ CASES = [
     (a_queue(next_session_step=7000), "training", "next pairs in about 20 s"),
     (a_queue(next_session_step=5000), "training", "any moment now"),
     (a_queue(), "training", "in a while"),
+    (a_queue(phase="fitting"), "training", "The agent is learning from your answers:"),
 ]
 
 

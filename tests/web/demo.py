@@ -15,7 +15,14 @@ from labels_db.database import Database
 from labels_db.models import Clip, FeedbackSession, Pressed, Run, RunState, Segment, utc_now
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
-from labels_db.queries import answer_query, labeller_named, lease_queries, open_session, post_query, session_queries
+from labels_db.queries import (
+    answer_query,
+    labeller_named,
+    lease_queries,
+    open_session,
+    post_query,
+    session_queries,
+)
 from labels_db.records import FitReport, Measurement, record_evaluation, record_fit, record_metrics
 from labels_db.runs import (
     Claim,
@@ -48,7 +55,13 @@ def started(session: Session, run: Run) -> Claim:
 
 def going(session: Session, held: Claim, **said: object) -> None:
     """The trainer's word on what it does."""
-    report = {"state": RunState.RUNNING, "phase": "training", "step": 12_400, "steps_per_second": 214.0, **said}
+    report = {
+        "state": RunState.RUNNING,
+        "phase": "training",
+        "step": 12_400,
+        "steps_per_second": 214.0,
+        **said,
+    }
     beat(session, held, Report(**report), now=utc_now())  # type: ignore[arg-type]
 
 
@@ -194,7 +207,7 @@ torch.cuda.OutOfMemoryError: CUDA out of memory. Tried to allocate 20.00 MiB
 """
 
 
-def _queued(session: Session, store: ArtifactStore) -> str:
+def _queued(session: Session, _store: ArtifactStore) -> str:
     queued(session, "cartpole-swingup")
     return queued(session, "walker-walk", title="Walker, second try").id
 
@@ -210,7 +223,7 @@ def _teaching(session: Session, store: ArtifactStore) -> str:
             fitted(session, held, index, queries)
     answered(session, run.id, 2, "Grace")
     curves(session, held, 12_000)
-    evaluated(session, store, held, range(2500, 12_501, 2500))
+    evaluated(session, store, held, range(2000, 12_001, 2000))
     going(session, held, next_session_step=16_700)
     return run.id
 
@@ -223,7 +236,7 @@ def _waiting(session: Session, store: ArtifactStore) -> str:
     return run.id
 
 
-def _paused(session: Session, store: ArtifactStore) -> str:
+def _paused(session: Session, _store: ArtifactStore) -> str:
     run = queued(session, "walker-walk", {"seed": "4"}, title="Walker at night")
     held = started(session, run)
     curves(session, held, 80_000, best=600)
@@ -232,7 +245,7 @@ def _paused(session: Session, store: ArtifactStore) -> str:
     return run.id
 
 
-def _stopped(session: Session, store: ArtifactStore) -> str:
+def _stopped(session: Session, _store: ArtifactStore) -> str:
     run = queued(session, "cartpole-swingup", {"seed": "2"})
     held = started(session, run)
     going(session, held)
@@ -240,7 +253,7 @@ def _stopped(session: Session, store: ArtifactStore) -> str:
     return run.id
 
 
-def _failed(session: Session, store: ArtifactStore) -> str:
+def _failed(session: Session, _store: ArtifactStore) -> str:
     run = queued(session, WINDMILL, {"seed": "3"}, title="Windmill on the graphics card")
     held = started(session, run)
     going(session, held, step=4000)
@@ -259,4 +272,3 @@ def _finished(session: Session, store: ArtifactStore) -> str:
     going(session, held, step=60_000)
     finish_run(session, held)
     return run.id
-

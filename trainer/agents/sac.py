@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -49,10 +49,8 @@ class SACAgent:
             np.log(config.initial_temperature), dtype=torch.float32, device=device
         )
         self.log_temperature.requires_grad_()
-        self.actor_optimizer = torch.optim.Adam(self.actor.parameters(), lr=config.learning_rate)
-        self.temperature_optimizer = torch.optim.Adam(
-            [self.log_temperature], lr=config.temperature_learning_rate
-        )
+        self.actor_optimizer = _adam(self.actor.parameters(), config.learning_rate)
+        self.temperature_optimizer = _adam([self.log_temperature], config.temperature_learning_rate)
         self.target_entropy = -float(action_size)
         self.updates = 0
         self.reset_critic()
@@ -61,7 +59,7 @@ class SACAgent:
         """New critics, targets and optimiser; actor and temperature stay (after exploration, §1)."""
         self.critic = Critic(*self.sizes, self.config.width, self.config.depth, self._weights).to(self.device)
         self.target_critic = copy.deepcopy(self.critic).requires_grad_(False)
-        self.critic_optimizer = torch.optim.Adam(self.critic.parameters(), lr=self.config.learning_rate)
+        self.critic_optimizer = _adam(self.critic.parameters(), self.config.learning_rate)
 
     # Acting and remembering ----------------------------------------------------------------------
 
@@ -170,6 +168,11 @@ class SACAgent:
         self.actor_optimizer.load_state_dict(state["actor_optimizer"])
         self.critic_optimizer.load_state_dict(state["critic_optimizer"])
         self.temperature_optimizer.load_state_dict(state["temperature_optimizer"])
+
+
+def _adam(parameters: Iterable[Tensor], learning_rate: float) -> torch.optim.Adam:
+    """Adam as one fused operation: on small networks a third of an update's time otherwise."""
+    return torch.optim.Adam(parameters, lr=learning_rate, fused=True)
 
 
 def _step(optimizer: torch.optim.Optimizer, loss: Tensor) -> None:

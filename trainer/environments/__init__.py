@@ -57,7 +57,7 @@ def _behaviour(config: Behaviour) -> Environment:
     if config.behaviour not in BEHAVIOURS:
         raise ValueError(f"{config.name}: unknown behaviour; one of {', '.join(BEHAVIOURS)}")
     behaviour = BEHAVIOURS[config.behaviour]
-    return SuiteEnvironment(behaviour.task, config.action_repeat, behaviour.wish())
+    return SuiteEnvironment(behaviour.task, config.action_repeat, behaviour.make_wish())
 
 
 MAKERS: MappingProxyType[type, Callable[[Any], Environment]] = MappingProxyType(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Any, Protocol
 
@@ -23,7 +25,6 @@ class Wish(Protocol):
         """What has been reached so far in the episode."""
 
 
-@dataclass
 class Windmill:
     """Cart pole: the pole keeps turning one way, the faster the better up to `fastest`.
 
@@ -31,51 +32,48 @@ class Windmill:
     between 0 and 1; `turns` counts how far the hinge has turned, in full turns.
     """
 
-    sign: int
-    fastest: float = 8 * math.pi  # rad/s; four turns a second, which the cart's motor cannot keep up for long
-    _start: float = 0.0
+    fastest = 8 * math.pi  # rad/s: four turns a second, about the most that the cart's motor keeps up
+
+    def __init__(self, sign: int) -> None:
+        self._sign, self._start = sign, 0.0
 
     def begin(self, physics: Any) -> None:
         self._start = self._angle(physics)
 
     def reward(self, physics: Any) -> float:
-        velocity = self.sign * float(physics.named.data.qvel["hinge_1"][0])
+        velocity = self._sign * float(physics.named.data.qvel["hinge_1"][0])
         return min(max(velocity / self.fastest, 0.0), 1.0)
 
     def measures(self, physics: Any) -> Measures:
-        return {"turns": self.sign * (self._angle(physics) - self._start) / (2 * math.pi)}
+        return {"turns": self._sign * (self._angle(physics) - self._start) / (2 * math.pi)}
 
     def _angle(self, physics: Any) -> float:
         return float(physics.named.data.qpos["hinge_1"][0])
 
 
 @dataclass(frozen=True)
-class Behaviour:
+class BehaviourSpec:
     """A wish over one task's simulator and start, and how it is put to people."""
 
     title: str
     goal: str
     task: str
-    sign: int
-
-    def wish(self) -> Wish:
-        """The wish, new: it keeps where its episode started."""
-        return Windmill(self.sign)
+    make_wish: Callable[[], Wish]
 
 
 BEHAVIOURS = MappingProxyType(
     {
-        "cartpole-windmill-clockwise": Behaviour(
+        "cartpole-windmill-clockwise": BehaviourSpec(
             title="Cart pole · clockwise windmill",
             goal="Prefer the clip in which the pole turns clockwise, faster and more evenly.",
             task="cartpole-swingup",
-            sign=1,
+            make_wish=partial(Windmill, sign=1),
         ),
-        "cartpole-windmill-counter-clockwise": Behaviour(
+        "cartpole-windmill-counter-clockwise": BehaviourSpec(
             title="Cart pole · counter-clockwise windmill",
             goal="Prefer the clip in which the pole turns counter-clockwise, faster and more evenly.",
             task="cartpole-swingup",
-            sign=-1,
+            make_wish=partial(Windmill, sign=-1),
         ),
     }
 )

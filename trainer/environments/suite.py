@@ -5,17 +5,15 @@ Import through `make_environment`, which keeps OpenGL out of the process.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
-from dm_control import suite
 from dm_control.rl.control import PhysicsError
 from gymnasium import spaces
 
-from trainer.environments.behaviours import Measures, Wish
+from trainer.environments.behaviours import Wish
 from trainer.environments.interface import (
     Action,
     Environment,
@@ -24,43 +22,31 @@ from trainer.environments.interface import (
     PhysicsState,
 )
 from trainer.environments.json_state import random_from_json, random_to_json, seed_random
+from trainer.environments.suite_task import (
+    TaskReward,
+    action_range,
+    build,
+    headless,
+    steps_of_episode,
+)
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
-UNLIMITED_EPISODE_STEPS = 1000  # lqr sets no time limit; every other task has 1000 control steps
-
-
-class TaskReward:
-    """The task's own reward."""
-
-    def __init__(self, task: Any) -> None:
-        self._task = task
-
-    def begin(self, physics: Any) -> None:
-        del physics
-
-    def reward(self, physics: Any) -> float:
-        return float(self._task.get_reward(physics))
-
-    def measures(self, physics: Any) -> Measures:
-        del physics
-        return {}
 
 
 class SuiteEnvironment(Environment):
     """A task named as in `ball_in_cup-catch`; `wish` replaces its reward."""
 
     def __init__(self, name: str, action_repeat: int, wish: Wish | None = None) -> None:
-        # lqr draws its masses and springs when it is built: the same ones in every process.
-        built = suite.load(*split(name), task_kwargs={"random": 0})
+        built = build(name)
         self._task, self._physics = built.task, headless(built.physics)
         self._wish = wish or TaskReward(self._task)
         self._repeat, self._name = action_repeat, name
         self.control_step = float(built.control_timestep())
         self.episode_steps = steps_of_episode(built)
         self._substeps = round(self.control_step / self._physics.timestep())
-        self._seed, self._step, self._ended = 0, 0, True
         self._centre, self._reach = action_range(built.action_spec())
         self._begin(0)
+        self._ended = True
         self._observation = self._observe()
         self.observation_space = spaces.Box(-np.inf, np.inf, self._observation.shape, np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, self._centre.shape, np.float32)
@@ -182,31 +168,3 @@ class SuiteEnvironment(Environment):
     def _observe(self) -> Observation:
         parts = self._task.get_observation(self._physics).values()
         return np.concatenate([np.ravel(part) for part in parts]).astype(np.float32)
-
-
-def split(name: str) -> tuple[str, str]:
-    """Domain and task of a name such as `ball_in_cup-catch`; ValueError names the suite's tasks."""
-    domain, _, task = name.partition("-")
-    if (domain, task) not in suite.ALL_TASKS:
-        known = ", ".join("-".join(pair) for pair in suite.ALL_TASKS)
-        raise ValueError(f"dmc:{name}: unknown task; one of {known}")
-    return domain, task
-
-
-def headless(physics: Any) -> Any:
-    """The same physics without drawing: quadruped-escape would open a window to show its terrain."""
-    physics._make_rendering_contexts = lambda: None
-    return physics
-
-
-def steps_of_episode(built: Any) -> int:
-    """Control steps of an episode of a built task."""
-    limit = built._step_limit
-    return math.ceil(limit) if math.isfinite(limit) else UNLIMITED_EPISODE_STEPS
-
-
-def action_range(spec: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Centre and reach [A] of the task's actions; actuators without limits (lqr) take [-1, 1] as it is."""
-    limited = spec.maximum < mujoco.mjMAXVAL
-    low, high = np.where(limited, spec.minimum, -1.0), np.where(limited, spec.maximum, 1.0)
-    return (high + low) / 2, (high - low) / 2

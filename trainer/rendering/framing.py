@@ -31,7 +31,7 @@ FRAMINGS = MappingProxyType(
         "acrobot": Framing((0, 0, 2.05), 8.8),
         "ball_in_cup": Framing((0, 0, 0.29), 1.3),
         # Following by a share keeps the whole swing in view at both ends of the rail, and the pole large.
-        "cartpole": Framing((0, 0, 1), 5.7, elevation=-5, follows="cart", axes="x", share=0.5),
+        "cartpole": Framing((0, 0, 1), 6.0, elevation=-5, follows="cart", axes="x", share=0.5),
         "cartpole-two_poles": Framing((0, 0, 1), 8.8, elevation=-5, follows="cart", axes="x", share=0.5),
         "cartpole-three_poles": Framing((0, 0, 1), 12.4, elevation=-5, follows="cart", axes="x", share=0.5),
         "cheetah": Framing((0, 0, 0.55), 3.5, follows="torso", axes="x"),

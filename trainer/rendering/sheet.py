@@ -13,7 +13,7 @@ from PIL import Image
 
 Frame = npt.NDArray[np.uint8]
 
-MAX_BYTES = 150_000
+MAX_BYTES = 150_000  # for frames of 320 × 240 or smaller; larger ones weigh more in proportion
 QUALITIES = (80, 75, 70, 62, 54, 46, 38, 30, 22, 14, 6)
 
 
@@ -46,10 +46,10 @@ def grid(frames: int) -> tuple[int, int]:
 
 
 def encode_clip(frames: Sequence[Frame], times: tuple[float, ...], duration: float) -> EncodedClip:
-    """The sheet of frames [height, width, 3], of at most `MAX_BYTES` unless it is very large."""
+    """The sheet of frames [height, width, 3], in the best quality that is light enough."""
     height, width, _ = frames[0].shape
     rows, columns = grid(len(frames))
-    data = _encode(_tile(frames, rows, columns))
+    data = _encode(_tile(frames, rows, columns), allowed_bytes(width, height))
     return EncodedClip(data, len(frames), rows, columns, width, height, duration, times)
 
 
@@ -68,6 +68,11 @@ def verify_clip(clip: EncodedClip) -> None:
         raise ValueError(f"clip: the sheet is {size} pixels, not {expected}; render it again")
 
 
+def allowed_bytes(width: int, height: int) -> int:
+    """How much a sheet of frames of that size may weigh."""
+    return round(MAX_BYTES * max(1.0, width * height / (320 * 240)))
+
+
 def _tile(frames: Sequence[Frame], rows: int, columns: int) -> Frame:
     height, width, _ = frames[0].shape
     sheet = np.zeros((rows * height, columns * width, 3), np.uint8)
@@ -77,12 +82,12 @@ def _tile(frames: Sequence[Frame], rows: int, columns: int) -> Frame:
     return sheet
 
 
-def _encode(sheet: Frame) -> bytes:
+def _encode(sheet: Frame, allowed: int) -> bytes:
     image, data = Image.fromarray(sheet), b""
     for quality in QUALITIES:
         buffer = io.BytesIO()
         image.save(buffer, "WEBP", quality=quality, method=0)
         data = buffer.getvalue()
-        if len(data) <= MAX_BYTES:
+        if len(data) <= allowed:
             break
     return data

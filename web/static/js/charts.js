@@ -7,6 +7,7 @@ const HEIGHT = 150;
 const box = document.querySelector("[data-charts]");
 const total = Number(box.dataset.steps);
 const curves = new Curves(box.dataset.run);
+const none = box.querySelector("[data-charts-none]");
 let chosenStep = null;
 
 const probe = document.createElement("span");
@@ -56,7 +57,7 @@ const CHARTS = [
   {
     title: "Steps per second",
     names: ["steps_per_second"],
-    range: (_plot, _low, high) => [0, (high || 1) * 1.1],
+    range: (_plot, _low, high) => [0, (high || 100) * 1.1],
     series: [line("Steps/s", "accent", (value) => decimal(value, 0))],
   },
 ];
@@ -103,7 +104,8 @@ const build = (chart) => {
   section.append(heading);
   box.append(section);
   const plot = new uPlot(options(chart, box.clientWidth), curves.columns(chart.names), section);
-  return { ...chart, plot };
+  section.hidden = true;
+  return { ...chart, plot, section };
 };
 
 const charts = CHARTS.filter((chart) => !chart.learned || box.dataset.learned).map(build);
@@ -116,7 +118,12 @@ const refresh = async () => {
   } catch {
     return; // the page itself says when nobody answers
   }
-  for (const { plot, names } of charts) plot.setData(curves.columns(names));
+  for (const { plot, names, section } of charts) {
+    const columns = curves.columns(names);
+    section.hidden = columns[0].length === 0;
+    plot.setData(columns);
+  }
+  none.hidden = charts.some(({ section }) => !section.hidden);
 };
 
 new ResizeObserver(() => {

@@ -1,8 +1,6 @@
 // Buttons that copy the text of a field.
 const SAID_FOR = 2000;
 
-for (const button of document.querySelectorAll("[data-copy]")) button.hidden = false;
-
 document.addEventListener("click", async (event) => {
   const button = event.target.closest("[data-copy]");
   if (!button) return;

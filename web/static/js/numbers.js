@@ -8,3 +8,7 @@ export const decimal = (value, places = 1) => {
   const [whole, fraction] = value.toFixed(places).split(".");
   return fraction ? `${apart(whole)}.${fraction}` : apart(whole);
 };
+
+/** What an evaluation measured: a count whole, another number with a decimal, anything else as it is. */
+export const measure = (value) =>
+  typeof value === "number" ? decimal(value, Number.isInteger(value) ? 0 : 1) : String(value);

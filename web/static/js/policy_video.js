@@ -1,5 +1,5 @@
 // The policy's video at a chosen step of training; new videos join at the end as they are made.
-import { decimal, number } from "./numbers.js";
+import { decimal, measure, number } from "./numbers.js";
 
 const PERIOD = 5000;
 const panel = document.querySelector("[data-policy]");
@@ -16,7 +16,9 @@ const show = (found) => {
     video.src = found.video_url;
     if (playing) video.play().catch(() => {});
   }
-  caption.textContent = `After step ${number(found.step)}: true return ${decimal(found.mean_return)}`;
+  const measures = Object.entries(found.measures).map(([name, value]) => `${name.replaceAll("_", " ")} ${measure(value)}`);
+  const said = [`true return ${decimal(found.mean_return)}`, ...measures].join(", ");
+  caption.textContent = `After step ${number(found.step)}: ${said}`;
   document.dispatchEvent(new CustomEvent("step:chosen", { detail: found.step }));
 };
 

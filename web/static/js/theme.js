@@ -15,7 +15,6 @@
   document.addEventListener("DOMContentLoaded", () => {
     const button = document.querySelector("[data-theme-switch]");
     if (!button) return;
-    button.hidden = false;
     label(button);
     button.addEventListener("click", () => {
       root.dataset.theme = isDark() ? "light" : "dark";

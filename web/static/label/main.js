@@ -159,8 +159,8 @@ const rate = new Kept(localStorage, "pebble:rate", 1);
 const speed = one("[data-speed]");
 function showRate() {
   player.setRate(rate.get());
-  speed.setAttribute("aria-pressed", `${rate.get() !== 1}`);
   speed.textContent = rate.get() === 1 ? "1×" : "½×";
+  speed.setAttribute("aria-label", `Speed ${speed.textContent}`);
 }
 onClick(speed, () => {
   rate.set(rate.get() === 1 ? 0.5 : 1);
@@ -183,7 +183,6 @@ addEventListener("focus", attend);
 addEventListener("blur", attend);
 if (document.hidden) player.pause();
 
-for (const element of document.querySelectorAll("[data-script]")) element.hidden = false;
 queue.exclude(outbox.items.map((item) => item.lease_id).filter((id) => id != null));
 view.showWait();
 view.setUndo(history.length > 0);

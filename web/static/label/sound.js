@@ -4,7 +4,6 @@
 export function arrivalSound(button, kept) {
   let context = null;
   const show = () => {
-    button.setAttribute("aria-pressed", `${kept.get()}`);
     button.textContent = kept.get() ? "Sound on" : "Sound off";
   };
   const play = () => {

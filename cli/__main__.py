@@ -1,0 +1,5 @@
+"""`python -m cli` is `pebble`."""
+
+from cli.main import main
+
+main()

@@ -1,0 +1,209 @@
+"""The `pebble` command. Each command imports what it needs when it runs, so that `--help` stays instant."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from cli.errors import explain
+from cli.options import Data, Json, RunId, Seed
+
+app = typer.Typer(
+    name="pebble",
+    help="Teach a simulated robot by choosing between pairs of one-second clips.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"pebble {version('pebble-teach')}")
+        raise typer.Exit
+
+
+@app.callback()
+def pebble(
+    _version_wanted: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Teach a simulated robot by choosing between pairs of one-second clips."""
+
+
+# Serving -----------------------------------------------------------------------------------------
+
+Host = Annotated[
+    str, typer.Option(help="Address to listen on; anything but this machine is your own choice.")
+]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0 takes a free one.")]
+AllowHost = Annotated[list[str] | None, typer.Option(help="A name the server answers to, besides its own.")]
+Parallel = Annotated[
+    int | None, typer.Option(min=1, help="Runs at a time; by default one for every two cores.")
+]
+
+
+@app.command()
+def up(
+    data: Data,
+    host: Host = "127.0.0.1",
+    port: Port = 8000,
+    allow_host: AllowHost = None,
+    max_parallel_runs: Parallel = None,
+) -> None:
+    """Start everything: the pages and the supervisor of runs."""
+    from cli.serving import bring_up
+
+    bring_up(data, host, port, allow_host or [], max_parallel_runs)
+
+
+@app.command()
+def serve(data: Data, host: Host = "127.0.0.1", port: Port = 8000, allow_host: AllowHost = None) -> None:
+    """Start the pages only; runs need `pebble supervise` somewhere on the same data."""
+    from cli.serving import serve_pages
+
+    serve_pages(data, host, port, allow_host or [])
+
+
+@app.command()
+def supervise(data: Data, max_parallel_runs: Parallel = None) -> None:
+    """Start the supervisor only: it claims queued runs and gives each a process."""
+    from cli.serving import supervise_runs
+
+    supervise_runs(data, max_parallel_runs)
+
+
+@app.command()
+def healthy(data: Data) -> None:
+    """Exit with 0 while a supervisor looks after this data folder."""
+    from cli.serving import require_supervisor
+
+    require_supervisor(data)
+
+
+@app.command()
+def token(
+    data: Data,
+    renew: Annotated[
+        bool, typer.Option("--renew", help="Make a new one; everybody must sign in again.")
+    ] = False,
+) -> None:
+    """Print the access token."""
+    from server.token import access_token, renew_token
+
+    typer.echo(renew_token(data) if renew else access_token(data))
+
+
+# Runs --------------------------------------------------------------------------------------------
+
+
+@app.command()
+def train(
+    preset: Annotated[str, typer.Argument(help="A preset, as `pebble presets` lists them.")],
+    data: Data,
+    profile: Annotated[str | None, typer.Option(help="laptop or paper, as the preset has them.")] = None,
+    teacher: Annotated[str | None, typer.Option(help="Who answers: human, or a scripted teacher.")] = None,
+    labels: Annotated[int | None, typer.Option(min=1, help="Answers in all.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Steps in all.")] = None,
+    seed: Seed = None,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="PATH=VALUE", help="Any setting, as docs/configuration.md lists."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Train one run here, in the foreground."""
+    from cli.train import chosen_config, train_here
+
+    shortcuts = {
+        "feedback.teacher.kind": teacher,
+        "feedback.budget": labels,
+        "total_steps": steps,
+        "seed": seed,
+    }
+    sys.exit(train_here(preset, chosen_config(preset, profile, shortcuts, setting or []), data, as_json=json))
+
+
+@app.command()
+def runs(data: Data, json: Json = False) -> None:
+    """List the runs."""
+    from cli.listing import list_runs
+
+    list_runs(data, as_json=json)
+
+
+@app.command()
+def presets(json: Json = False) -> None:
+    """List the presets and their profiles."""
+    from cli.listing import list_presets
+
+    list_presets(as_json=json)
+
+
+@app.command()
+def evaluate(
+    run: RunId,
+    data: Data,
+    episodes: Annotated[int, typer.Option(min=1, max=1000, help="Episodes to average over.")] = 10,
+    seed: Seed = None,
+    json: Json = False,
+) -> None:
+    """Evaluate the policy of a run's last checkpoint on fresh episodes."""
+    from cli.policies import evaluate_run
+
+    evaluate_run(run, data, episodes, seed, as_json=json)
+
+
+@app.command(name="export-policy")
+def export_policy(
+    run: RunId,
+    file: Annotated[str, typer.Argument(help="FILE.onnx, or FILE.safetensors with its layout in FILE.json.")],
+    data: Data,
+) -> None:
+    """Write a run's policy so that anybody can roll it out."""
+    from cli.policies import export_run
+
+    export_run(run, data, file)
+
+
+@app.command()
+def replay(run: RunId, data: Data, json: Json = False) -> None:
+    """Repeat a run from its configuration, seed, answers and fits, and compare the weights."""
+    from cli.policies import replay_run
+
+    sys.exit(replay_run(run, data, as_json=json))
+
+
+@app.command()
+def label(
+    run: RunId,
+    data: Data,
+    teacher: Annotated[str, typer.Option(help="The scripted teacher that answers.")] = "oracle",
+    url: Annotated[str, typer.Option(help="Where the server is.")] = "http://127.0.0.1:8000",
+    seconds: Annotated[float, typer.Option(min=0, help="Time taken for each answer.")] = 0.0,
+    answers: Annotated[
+        int | None, typer.Option(min=1, help="Stop after so many; by default when none are wanted.")
+    ] = None,
+) -> None:
+    """Let a scripted teacher answer a run's queries through the HTTP API, as a person would."""
+    from cli.label import label_run
+
+    label_run(run, data, teacher, url, seconds, answers)
+
+
+@app.command()
+def doctor(data: Data) -> None:
+    """Check this machine: render a frame, open the database, compare versions; says what to do."""
+    from cli.doctor import examine
+
+    sys.exit(examine(data))
+
+
+def main() -> None:
+    """Entry point: what users can mend is said in one line, not as a traceback."""
+    with explain():
+        app()

@@ -1,0 +1,147 @@
+"""`pebble train`: one run in the foreground, with its progress."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import structlog
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from cli.errors import UsageError
+from labels_db.data_folder import DataFolder
+from labels_db.feedback_progress import feedback_progress
+from labels_db.models import RunState, utc_now
+from labels_db.overrides import SettingError, with_settings
+from labels_db.presets import preset_named
+from labels_db.run_config import RunConfig
+from labels_db.runs import claim, get_run, request_run
+
+OPTIONS = {
+    "feedback.teacher.kind": "--teacher",
+    "feedback.budget": "--labels",
+    "total_steps": "--steps",
+    "seed": "--seed",
+}
+ENDS = {RunState.FINISHED: 0, RunState.STOPPED: 0, RunState.QUEUED: 0}
+
+
+def chosen_config(
+    preset: str, profile: str | None, shortcuts: Mapping[str, object], settings: list[str]
+) -> RunConfig:
+    """The preset's profile with the options' values; UsageError names the option that is wrong."""
+    try:
+        config = preset_named(preset).config(profile)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    changes = {path: str(value) for path, value in shortcuts.items() if value is not None}
+    for setting in settings:
+        path, equals, value = setting.partition("=")
+        if not equals:
+            raise UsageError(f"--set {setting}: must be PATH=VALUE, as in --set feedback.budget=50")
+        changes[path] = value
+    try:
+        return with_settings(config, changes)
+    except SettingError as error:
+        raise UsageError(f"{OPTIONS.get(error.path, f'--set {error.path}')}: {error.message}") from error
+
+
+def train_here(preset: str, config: RunConfig, data: DataFolder, *, as_json: bool) -> int:
+    """Train in this process; 0 unless the run failed. Ctrl-C stops it with a checkpoint."""
+    from trainer.attempt import Attempt
+
+    structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
+    database = data.open_database()
+    named = preset_named(preset)
+    with database.write() as session:  # asked for and claimed at once: no supervisor can come between
+        run = request_run(session, config, title=named.title, goal=named.goal, preset=preset)
+        owned = claim(session, run, "foreground", now=utc_now())
+    attempt = Attempt(data, owned)
+    console = Console(stderr=as_json)
+    console.print(f"Run {run.id}")
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: attempt.stop())
+    with _display(attempt, console, config):
+        state = attempt.live()
+    result = _result(data, run.id, state, attempt.last_measures)
+    print(json.dumps(result)) if as_json else _say(console, result)
+    return ENDS.get(state, 1)
+
+
+def _result(data: DataFolder, run_id: str, state: RunState, measures: Mapping[str, float]) -> dict[str, Any]:
+    database = data.open_database()
+    with database.read() as session:
+        run = get_run(session, run_id)
+        counted = feedback_progress(session, run)
+    database.close()
+    return {
+        "run": run_id,
+        "state": state.value,
+        "steps": run.step,
+        "answers": counted.preferences,
+        "return": measures.get("return"),
+        "measures": {name: value for name, value in measures.items() if name != "return"},
+        "error": run.error,
+    }
+
+
+def _say(console: Console, result: Mapping[str, Any]) -> None:
+    console.print(
+        f"{result['state'].capitalize()} at step {result['steps']:,} with {result['answers']} answers."
+    )
+    if result["return"] is not None:
+        measures = "".join(f", {name} {value:.1f}" for name, value in result["measures"].items())
+        console.print(f"Return of the last evaluation: {result['return']:.1f}{measures}")
+    if result["error"]:
+        console.print(f"[red]{result['error']}[/red]")
+    else:
+        console.print(f"`pebble evaluate {result['run']}` evaluates it again.")
+
+
+class _display:  # noqa: N801  (used as a context manager only)
+    """A line with phase, steps, rate, answers and time left, drawn from a thread of its own."""
+
+    def __init__(self, attempt: Any, console: Console, config: RunConfig) -> None:
+        self.attempt, self.config = attempt, config
+        self.ended = threading.Event()
+        self.bar = Progress(
+            TextColumn("{task.description:<14}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]:>9}"),
+            TextColumn("{task.fields[answers]}"),
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        self.thread = threading.Thread(target=self._draw, daemon=True)
+
+    def __enter__(self) -> None:
+        self.bar.start()
+        self.thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self.ended.set()
+        self.thread.join()
+        self.bar.stop()
+
+    def _draw(self) -> None:
+        task = self.bar.add_task("starting", total=self.config.total_steps, rate="", answers="")
+        began = time.monotonic()
+        while not self.ended.wait(0.5):
+            run = self.attempt.run
+            if run is None:
+                continue
+            status, inbox = run.progress.status, run.progress.inbox
+            rate = status.step / max(1e-9, time.monotonic() - began)
+            answers = f"{inbox.sequence} of {self.config.budget} answers" if self.config.budget else ""
+            self.bar.update(
+                task, completed=status.step, description=status.phase, rate=f"{rate:.0f}/s", answers=answers
+            )

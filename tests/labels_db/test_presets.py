@@ -1,0 +1,98 @@
+"""Ready configurations, the environments they name, and what they will need on disk."""
+
+from __future__ import annotations
+
+import pytest
+
+from labels_db.catalogue import catalogue, entry
+from labels_db.estimate import estimate_bytes
+from labels_db.overrides import with_settings
+from labels_db.presets import preset_named, presets
+from labels_db.run_config import RunConfig
+
+PROFILES = [
+    pytest.param(config, id=f"{name}-{profile}")
+    for name, preset in presets().items()
+    for profile, config in preset.profiles.items()
+]
+MB = 1_000_000
+
+
+def test_each_preset_has_a_laptop_profile_first() -> None:
+    for name, preset in presets().items():
+        assert preset.name == name
+        assert next(iter(preset.profiles)) == "laptop"
+        assert preset.config() == preset.config("laptop")
+        assert preset.title
+        assert preset.goal
+
+
+@pytest.mark.parametrize("config", PROFILES)
+def test_each_profile_is_a_valid_configuration(config: RunConfig) -> None:
+    assert RunConfig.model_validate_json(config.model_dump_json()) == config
+
+
+def test_the_windmills_ask_a_person_fifty_times_as_in_the_paper() -> None:
+    for side in ("clockwise", "counter-clockwise"):
+        config = preset_named(f"cartpole-windmill-{side}").config()
+        assert config.asks_people
+        assert config.budget == 50
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [("walker-wolk", "preset 'walker-wolk': unknown; one of walker-walk"), ("x", "one of cartpole-windmill")],
+)
+def test_an_unknown_preset_is_named_with_the_closest(name: str, complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        preset_named(name)
+
+
+def test_an_unknown_profile_is_named_with_those_there_are() -> None:
+    with pytest.raises(ValueError, match="profile 'huge': walker-walk has laptop, paper"):
+        preset_named("walker-walk").config("huge")
+
+
+# The catalogue -----------------------------------------------------------------------------------
+
+
+def test_the_catalogue_knows_every_environment_it_lists() -> None:
+    for name, known in catalogue().items():
+        assert known.name == name
+        assert name.partition(":")[0] in {"dmc", "behaviour"}
+        assert min(known.observation_size, known.action_size, known.state_size, known.episode_steps) > 0
+        assert 0 < known.control_step <= 0.25
+        assert known.title
+        assert known.goal
+
+
+@pytest.mark.parametrize("name", ["dmc:walker-wolk", "walker-walk"])
+def test_an_unknown_environment_is_named_with_the_closest(name: str) -> None:
+    with pytest.raises(ValueError, match=f"environment '{name}': unknown; did you mean dmc:walker"):
+        entry(name)
+
+
+# The estimate ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("config", PROFILES)
+def test_an_estimate_is_the_sum_of_plausible_parts(config: RunConfig) -> None:
+    found = estimate_bytes(config)
+    parts = (found.checkpoints, found.segments, found.clips, found.videos, found.database)
+    assert found.total == sum(parts)
+    assert all(part >= 0 for part in parts)
+    assert MB < found.total < 10_000 * MB
+
+
+def test_only_people_need_clips() -> None:
+    human = preset_named("cartpole-windmill-clockwise").config()
+    assert estimate_bytes(human).clips == 2 * 50 * 150_000
+    scripted = with_settings(human, {"feedback.teacher.kind": "oracle"})
+    assert estimate_bytes(scripted).clips == 0
+
+
+def test_a_longer_run_needs_more_and_a_smaller_buffer_less() -> None:
+    config = preset_named("walker-walk").config("paper")
+    longer = with_settings(config, {"total_steps": "1000000"})
+    smaller = with_settings(config, {"agent.replay_capacity": "10000"})
+    assert estimate_bytes(smaller).total < estimate_bytes(config).total < estimate_bytes(longer).total

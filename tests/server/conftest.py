@@ -1,0 +1,55 @@
+"""The application over a data folder of its own, and a client that holds its token."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from fastapi.testclient import TestClient
+
+from labels_db.data_folder import DataFolder
+from labels_db.database import Database
+from server.app import create_app
+from server.services import Services
+from server.token import access_token
+
+BASE = "http://127.0.0.1:8000"
+
+
+@dataclass(frozen=True)
+class Site:
+    """A served installation: anonymous and trusted clients on it, and its record."""
+
+    data: DataFolder
+    anonymous: TestClient
+    client: TestClient
+
+    @property
+    def services(self) -> Services:
+        found: Services = self.client.app.state.services  # type: ignore[attr-defined]
+        return found
+
+    @property
+    def database(self) -> Database:
+        return self.services.database
+
+    @property
+    def token(self) -> str:
+        return access_token(self.data)
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Iterator[Site]:
+    data = DataFolder(tmp_path / "data")
+    app = create_app(data, hosts=["pebble.example"])
+    bearer = {"Authorization": f"Bearer {access_token(data)}"}
+    with TestClient(app, base_url=BASE, follow_redirects=False) as anonymous:
+        yield Site(
+            data,
+            anonymous,
+            TestClient(
+                app, base_url=BASE, headers=bearer, follow_redirects=False, raise_server_exceptions=False
+            ),
+        )

@@ -1,0 +1,152 @@
+"""The form of a new run: it says what every preset and kind needs, and its words come back as they went."""
+
+from __future__ import annotations
+
+import re
+from html import unescape
+from html.parser import HTMLParser
+
+import pytest
+
+from labels_db.config_fields import fields_of
+from labels_db.overrides import with_kinds
+from labels_db.presets import presets
+from labels_db.run_config import RunConfig
+from labels_db.runs import config_of, get_run
+from tests.server.conftest import BASE, Site
+
+SAME = {"Origin": BASE}
+CASES = [(name, profile) for name, preset in presets().items() for profile in preset.profiles]
+KINDS = [
+    (field.path, kind)
+    for field in fields_of(next(iter(presets().values())).config())
+    if field.path.endswith(".kind")
+    for kind in field.choices
+]
+
+
+class Form(HTMLParser):
+    """What a browser would send for a page's form as it stands."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.values: dict[str, str] = {}
+        self._select = self._text = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = dict(attrs)
+        name = found.get("name") or ""
+        if tag == "input" and name and (found.get("type") != "checkbox" or "checked" in found):
+            self.values[name] = found.get("value") or ""
+        elif tag == "select":
+            self._select = name
+        elif tag == "option" and self._select and "selected" in found:
+            self.values[self._select] = found.get("value") or ""
+        elif tag == "textarea":
+            self._text = name
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in ("select", "textarea"):
+            self._select = self._text = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._text:
+            self.values[self._text] = data
+
+
+def form_of(site: Site, query: str) -> dict[str, str]:
+    answer = site.client.get(f"/new?{query}")
+    assert answer.status_code == 200, answer.text
+    return Form(answer.text).values
+
+
+def config_made(site: Site, form: dict[str, str]) -> RunConfig:
+    answer = site.client.post("/new", data=form, headers=SAME)
+    assert answer.status_code == 303, re.findall(r'class="error[^>]*>([^<]*)', answer.text) or answer.text
+    run_id = answer.headers["location"].removeprefix("/runs/")
+    with site.database.read() as session:
+        return config_of(get_run(session, run_id))
+
+
+@pytest.mark.parametrize(("name", "profile"), CASES)
+def test_every_preset_comes_back_as_it_is(site: Site, name: str, profile: str) -> None:
+    form = form_of(site, f"preset={name}&profile={profile}")
+    assert config_made(site, form) == presets()[name].config(profile)
+
+
+@pytest.mark.parametrize(("path", "kind"), KINDS)
+def test_every_kind_brings_its_fields(site: Site, path: str, kind: str) -> None:
+    name = next(iter(presets()))
+    form = form_of(site, f"preset={name}&{path}={kind}")
+    assert form[path] == kind
+    shape = with_kinds(presets()[name].config(), {path: kind})
+    expected = {field.path for field in fields_of(shape)}
+    assert {field for field in form if "." in field} == {field for field in expected if "." in field}
+
+
+def test_a_run_without_feedback(site: Site) -> None:
+    form = form_of(site, "preset=cartpole-swingup&reward.kind=true&feedback.kind=none")
+    config = config_made(site, form)
+    assert (config.reward.kind, config.feedback.kind) == ("true", "none")
+
+
+def test_fields_of_kinds_left_behind_are_passed_over(site: Site) -> None:
+    """Without scripts the form still shows the old kind's fields when the new kind is chosen and sent."""
+    form = form_of(site, "preset=cartpole-swingup")
+    config = config_made(site, {**form, "feedback.kind": "continuous"})
+    assert config.feedback.kind == "continuous"
+    assert config.budget == 200
+
+
+def test_ticked_and_unticked(site: Site) -> None:
+    form = form_of(site, "preset=cartpole-swingup")
+    assert form["checkpoints.keep_buffer"] == "false"
+    ticked = config_made(site, {**form, "checkpoints.keep_buffer": "true"})
+    assert ticked.checkpoints.keep_buffer is True
+
+
+def test_everything_wrong_is_said_at_its_field(site: Site) -> None:
+    form = form_of(site, "preset=cartpole-swingup")
+    wrong = {**form, "title": " ", "feedback.budget": "0", "agent.width": "wide", "seed": ""}
+    answer = site.client.post("/new", data=wrong, headers=SAME)
+    assert answer.status_code == 422
+    said = [unescape(text) for text in re.findall(r'class="error[^>]*>([^<]*)', answer.text)]
+    assert said == [
+        "Name is missing.",
+        "Budget must be at least 1, not '0'.",
+        "Seed needs a whole number, and is empty.",
+        "Width needs a whole number, not 'wide'.",
+    ]
+    assert Form(answer.text).values == wrong
+    assert '<details class="all" open>' in answer.text
+    assert site.client.get("/api/runs").json() == []
+
+
+def test_parts_that_do_not_fit_are_said_above(site: Site) -> None:
+    form = form_of(site, "preset=cartpole-swingup&reward.kind=true")
+    answer = site.client.post("/new", data=form, headers=SAME)
+    assert answer.status_code == 422
+    assert "set feedback.kind to &#39;none&#39;" in answer.text
+
+
+@pytest.mark.parametrize("query", ["preset=nothing", "preset=walker-walk&profile=nothing"])
+def test_unknown_presets_get_a_page(site: Site, query: str) -> None:
+    answer = site.client.get(f"/new?{query}")
+    assert answer.status_code == 422
+    assert "Something does not fit" in answer.text
+
+
+def test_words_are_escaped(site: Site) -> None:
+    form = form_of(site, "preset=cartpole-swingup")
+    site.client.post("/new", data={**form, "title": "<script>alert(1)</script>"}, headers=SAME)
+    page = site.client.get("/").text
+    assert "<script>alert" not in page
+    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in page
+
+
+def test_bounds_and_room_are_said(site: Site) -> None:
+    page = site.client.get("/new?preset=cartpole-swingup").text
+    assert "From 1 to 16." in page
+    assert "More than 0, at most 0.1." in page
+    assert "Needs at most about" in page

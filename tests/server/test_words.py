@@ -1,0 +1,54 @@
+"""Numbers and times as people say them."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+
+import pytest
+
+from labels_db.models import utc_now
+from server import words
+
+
+def test_numbers() -> None:
+    assert words.number(12400) == "12\u202f400"
+    assert words.number(-5) == "−5"
+    assert words.decimal(None) == "–"
+    assert words.decimal(1234.56) == "1\u202f234.6"
+    assert words.percent(0.876) == "88%"
+    assert words.percent(None) == "–"
+
+
+@pytest.mark.parametrize(
+    ("count", "text"),
+    [(0, "0 bytes"), (999, "999 bytes"), (1500, "1.5 kB"), (52_000_000, "52 MB"), (8.2e10, "82 GB")],
+)
+def test_sizes(count: int, text: str) -> None:
+    assert words.size(count) == text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0, "0 s"), (19.6, "20 s"), (89, "89 s"), (120, "2 min"), (7200, "2 h"), (5 * 86400, "5 days")],
+)
+def test_durations(seconds: float, text: str) -> None:
+    assert words.duration(seconds) == text
+
+
+def test_ago() -> None:
+    now = utc_now()
+    assert words.ago(None) == "never"
+    assert words.ago(now, now) == "just now"
+    assert words.ago(now - timedelta(seconds=40), now) == "40 s ago"
+
+
+def test_plurals() -> None:
+    assert [words.plural(n, "answer") for n in (0, 1, 6)] == ["0 answers", "1 answer", "6 answers"]
+    assert words.plural(2, "query") == "2 queries"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(20, "20"), (20.0, "20"), (1.25, "1.2"), (True, "True"), ("x", "x")]
+)
+def test_measures(value: object, text: str) -> None:
+    assert words.measure(value) == text

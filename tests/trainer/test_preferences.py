@@ -1,0 +1,53 @@
+"""The preference dataset is a pure function of the answers, in order."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labels_db.models import Choice
+from trainer.preferences import Said, labels_of
+
+
+def said(number: int, query: int, choice: Choice | None, retracts: int | None = None) -> Said:
+    return Said(number, query, choice, retracts)
+
+
+def test_each_choice_in_the_querys_own_order() -> None:
+    answers = [
+        said(1, 10, Choice.FIRST),
+        said(2, 11, Choice.SECOND),
+        said(3, 12, Choice.EQUAL),
+        said(4, 13, Choice.SKIP),
+    ]
+    assert labels_of(answers) == {10: 0.0, 11: 1.0, 12: 0.5}
+
+
+def test_several_labellers_average_and_skips_say_nothing() -> None:
+    answers = [
+        said(1, 10, Choice.FIRST),
+        said(2, 10, Choice.SECOND),
+        said(3, 10, Choice.SECOND),
+        said(4, 10, Choice.SKIP),
+    ]
+    assert labels_of(answers) == {10: 2 / 3}
+
+
+def test_a_retraction_removes_and_a_new_answer_counts_again() -> None:
+    answers = [said(1, 10, Choice.FIRST), said(2, 10, None, retracts=1)]
+    assert labels_of(answers) == {}
+    assert labels_of([*answers, said(3, 10, Choice.SECOND)]) == {10: 1.0}
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 5), st.sampled_from(list(Choice))), max_size=20),
+    st.sets(st.integers(0, 19)),
+)
+def test_retracting_is_the_same_as_never_having_answered(
+    given_answers: list[tuple[int, Choice]], retracted: set[int]
+) -> None:
+    answers = [said(i, query, choice) for i, (query, choice) in enumerate(given_answers)]
+    undone = [i for i in sorted(retracted) if i < len(answers)]
+    retractions = [said(100 + i, answers[i].query_id, None, retracts=i) for i in undone]
+    kept = [answer for answer in answers if answer.id not in undone]
+    assert labels_of([*answers, *retractions]) == labels_of(kept)

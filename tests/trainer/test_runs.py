@@ -1,0 +1,254 @@
+"""Whole small runs: what they record, that they go on exactly after any end, that they repeat."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import select
+
+from labels_db.models import Answer, Choice, Fit, Metric, Query, QueryScore, QueryState, RunState, Segment
+from labels_db.records import evaluations_of, fits_of
+from labels_db.run_config import RunConfig
+from labels_db.runs import Claim, attempt_died, extend_run, get_run, resume_run, stop_run
+from tests.trainer.conftest import RUN, Lab, new_lab, small_config
+from tests.trainer.people import Person
+from trainer.attempt import Attempt
+from trainer.checkpoints import Checkpoints
+from trainer.replay import digest, replay
+from trainer.reward_model import RewardModel
+from trainer.upkeep import RecordedUpkeep
+
+
+def weights(lab: Lab) -> str:
+    """Digest of the networks and optimisers of the run's last checkpoint."""
+    checkpoints = Checkpoints(lab.database, lab.store, Claim(RUN, 0), 1)
+    manifest = checkpoints.latest()
+    assert manifest is not None
+    return digest(checkpoints.state(manifest))
+
+
+def rows(lab: Lab) -> dict[str, list[Any]]:
+    """What the run has recorded, without the times and attempts that differ between any two runs."""
+    with lab.database.read() as session:
+        return {
+            "segments": [
+                (s.episode, s.start, s.checksum, s.true_return) for s in session.scalars(select(Segment))
+            ],
+            "queries": [
+                (q.index, q.first_id, q.second_id, q.scheme, q.score, q.state)
+                for q in session.scalars(select(Query))
+            ],
+            "answers": [
+                (a.sequence, a.query_id, a.choice, a.answer_id) for a in session.scalars(select(Answer))
+            ],
+            "fits": [
+                (f.index, f.step, f.cursor, f.epochs, f.training_accuracy, f.fresh_accuracy)
+                for f in session.scalars(select(Fit))
+            ],
+            "scores": [(s.query_id, s.probability) for s in session.scalars(select(QueryScore))],
+            "metrics": [(m.name, m.step, m.value) for m in session.scalars(select(Metric))],
+            "evaluations": [(e.step, e.returns) for e in evaluations_of(session, RUN)],
+        }
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Lab:
+    lab = new_lab(tmp_path_factory.mktemp("undisturbed"))
+    lab.request(small_config())
+    assert lab.live() is RunState.FINISHED
+    return lab
+
+
+def test_a_scripted_run_spends_its_budget_and_says_what_it_learned(undisturbed: Lab) -> None:
+    with undisturbed.database.read() as session:
+        run, fits = get_run(session, RUN), fits_of(session, RUN)
+        assert (run.state, run.step, run.answer_sequence) == (RunState.FINISHED, 900, 12)
+        assert [(f.step, f.cursor) for f in fits] == [(300, 4), (450, 8), (600, 12)]
+        assert [q.scheme for q in session.scalars(select(Query))] == ["uniform"] * 4 + ["entropy"] * 8
+        assert all(q.state is QueryState.CLOSED for q in session.scalars(select(Query)))
+        assert [e.step for e in evaluations_of(session, RUN)] == [400, 800, 900]
+        names = {m.name for m in session.scalars(select(Metric))}
+    assert {"episode_return", "critic_loss", "actor_loss", "temperature", "entropy"} <= names
+    assert list(undisturbed.data.events_path(RUN).iterdir()), "TensorBoard event files"
+
+
+def die_in_the_first_fit(path: Path, run_id: str, attempt: int) -> None:
+    """Live the run in this process, and be killed between posting and fit."""
+
+    def dying_fit(*_: object, **__: object) -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    RewardModel.fit = dying_fit  # type: ignore[method-assign, assignment]
+    lab = new_lab(path)
+    Attempt(lab.data, Claim(run_id, attempt)).live()
+
+
+def die_after_checkpoints(path: Path, run_id: str, attempt: int, count: int) -> None:
+    """Live the run in this process, and be killed right after its n-th checkpoint, somewhere in training."""
+    save, saved = RecordedUpkeep.save, []
+
+    def dying_save(self: RecordedUpkeep, training: Any, **options: Any) -> None:
+        save(self, training, **options)
+        saved.append(training.step)
+        if len(saved) == count:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    RecordedUpkeep.save = dying_save  # type: ignore[method-assign]
+    lab = new_lab(path)
+    Attempt(lab.data, Claim(run_id, attempt)).live()
+
+
+def kill_and_go_on(lab: Lab, target: Any, *arguments: Any) -> None:
+    claim = lab.claim()
+    process = multiprocessing.get_context("spawn").Process(
+        target=target, args=(lab.data.path, RUN, claim.attempt, *arguments)
+    )
+    process.start()
+    process.join()
+    assert process.exitcode == -signal.SIGKILL
+    with lab.database.write() as session:
+        attempt_died(session, claim, "killed by a test")
+    assert lab.live() is RunState.FINISHED
+
+
+def test_killed_between_posting_and_fit_it_ends_with_the_same_rows_and_weights(
+    lab: Lab, undisturbed: Lab
+) -> None:
+    lab.request(small_config())
+    kill_and_go_on(lab, die_in_the_first_fit)
+    assert rows(lab) == rows(undisturbed)
+    assert weights(lab) == weights(undisturbed)
+
+
+@pytest.mark.parametrize("count", [2, 5])
+def test_killed_after_any_checkpoint_it_ends_with_the_same_rows_and_weights(
+    lab: Lab, undisturbed: Lab, count: int
+) -> None:
+    lab.request(small_config())
+    kill_and_go_on(lab, die_after_checkpoints, count)
+    assert rows(lab) == rows(undisturbed)
+    assert weights(lab) == weights(undisturbed)
+
+
+def test_stopped_and_resumed_it_ends_with_the_same_rows_and_weights(lab: Lab, undisturbed: Lab) -> None:
+    lab.request(small_config())
+    attempt = Attempt(lab.data, lab.claim())
+    stops = iter([False] * 520)
+    before = RecordedUpkeep.before_step
+
+    def stopping(self: RecordedUpkeep, training: Any) -> None:
+        if not next(stops, True) is False:
+            with lab.database.write() as session:
+                stop_run(session, RUN)
+            self.progress.listen()
+        before(self, training)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(RecordedUpkeep, "before_step", stopping)
+        assert attempt.live() is RunState.STOPPED
+    with lab.database.write() as session:
+        assert get_run(session, RUN).step == 520
+        resume_run(session, RUN)
+    assert lab.live() is RunState.FINISHED
+    assert rows(lab) == rows(undisturbed)
+    assert weights(lab) == weights(undisturbed)
+
+
+def test_equal_seeds_give_equal_runs_and_other_seeds_others(lab: Lab, undisturbed: Lab) -> None:
+    lab.request(small_config(seed=2))
+    lab.live()
+    assert weights(lab) != weights(undisturbed)
+
+
+# People ------------------------------------------------------------------------------------------
+
+
+def people_config(**settings: Any) -> RunConfig:
+    return small_config(feedback__teacher__kind="human", total_steps=1500, **settings)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"feedback__pace": "block"},
+        {"feedback__pace": "stream", "feedback__fit_every": 3, "feedback__patience_steps": 100},
+        {"feedback__kind": "continuous", "feedback__fit_every": 4, "feedback__patience_steps": 100},
+    ],
+    ids=["block", "stream", "continuous"],
+)
+def test_a_run_with_a_person_learns_from_their_answers_and_repeats_exactly(
+    lab: Lab, settings: dict[str, Any]
+) -> None:
+    lab.request(people_config(**settings))
+    with Person(lab.database, RUN) as person:
+        assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        fits, posted = fits_of(session, RUN), session.scalars(select(Query)).all()
+        assert all(query.first.clip is not None for query in posted)
+    assert person.given >= 8
+    assert fits[-1].cursor >= 8
+    assert fits[-1].preferences > 0
+    repeated = replay(lab.database, lab.store, RUN, lambda _steps: None)
+    assert repeated.same, repeated.sentence()
+    with lab.database.write() as session:  # and it is the answers that matter, not only the seed
+        answer = session.scalars(select(Answer).order_by(Answer.sequence)).first()
+        assert answer is not None
+        answer.choice = Choice.FIRST if answer.choice is Choice.SECOND else Choice.SECOND
+    assert not replay(lab.database, lab.store, RUN, lambda _steps: None).same
+
+
+def test_a_run_with_a_person_goes_on_after_a_kill_without_losing_an_answer(lab: Lab) -> None:
+    lab.request(people_config(feedback__pace="block"))
+    with Person(lab.database, RUN) as person:
+        kill_and_go_on(lab, die_after_checkpoints, 2)
+    with lab.database.read() as session:
+        queries = session.scalars(select(Query)).all()
+        answers = session.scalars(select(Answer)).all()
+        fits = fits_of(session, RUN)
+    assert len(answers) == person.given == len(queries)
+    assert len({(q.session_id, q.index) for q in queries}) == len(queries)
+    assert fits[-1].cursor == len(answers)
+    assert replay(lab.database, lab.store, RUN, lambda _steps: None).same
+
+
+def test_only_skips_end_exploration_never_and_the_history_says_so(lab: Lab) -> None:
+    lab.request(people_config(feedback__pace="block", feedback__budget=4))
+    with Person(lab.database, RUN, lambda _query: Choice.SKIP):
+        assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        assert fits_of(session, RUN) == []
+
+
+def test_a_finished_run_can_be_extended(lab: Lab) -> None:
+    lab.request(small_config(checkpoints__keep_buffer=True))
+    assert lab.live() is RunState.FINISHED
+    with lab.database.write() as session:
+        extend_run(session, RUN, total_steps=1200, budget=16)
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        assert get_run(session, RUN).step == 1200
+        assert get_run(session, RUN).answer_sequence == 16
+
+
+def test_a_run_on_the_true_reward_asks_nobody(lab: Lab) -> None:
+    config = small_config(reward__kind="true", feedback__kind="none", total_steps=600)
+    lab.request(config)
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        assert session.scalars(select(Query)).all() == []
+
+
+def test_a_failing_run_says_why(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise FloatingPointError("the reward became nonsense")
+
+    monkeypatch.setattr(RewardModel, "fit", broken)
+    lab.request(small_config())
+    assert lab.live() is RunState.FAILED
+    with lab.database.read() as session:
+        assert get_run(session, RUN).error == "FloatingPointError: the reward became nonsense"

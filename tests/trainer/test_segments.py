@@ -1,0 +1,89 @@
+"""Segments are what was lived, and a pair never overlaps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from labels_db.run_config import Disagreement, Entropy, LearnedReward, Uniform
+from trainer.episodes import EpisodePool, FinishedEpisode
+from trainer.query_selection import SCORES, select
+from trainer.randomness import Randomness
+from trainer.reward_model import RewardModel
+from trainer.segments import PairSampler, inputs_from_bytes, stack_inputs
+
+
+def episode(number: int, length: int) -> FinishedEpisode:
+    rng = np.random.default_rng(number)
+    return FinishedEpisode(
+        number=number,
+        seed=100 + number,
+        policy_step=number * 10,
+        observations=rng.normal(size=(length, 3)).astype(np.float32),
+        actions=rng.normal(size=(length, 2)).astype(np.float32),
+        rewards=rng.normal(size=length).astype(np.float32),
+        states=rng.normal(size=(length, 4)),
+    )
+
+
+def pool_of(*lengths: int) -> EpisodePool:
+    pool = EpisodePool(10)
+    for number, length in enumerate(lengths):
+        pool.add(episode(number, length))
+    return pool
+
+
+@given(
+    st.lists(st.integers(1, 30), min_size=1, max_size=5),
+    st.integers(1, 12),
+    st.integers(0, 100),
+)
+def test_pairs_are_whole_and_disjoint_whenever_there_are_any(lengths: list[int], h: int, seed: int) -> None:
+    sampler = PairSampler(pool_of(*lengths), h, np.random.default_rng(seed))
+    long_enough = [length for length in lengths if length >= h]
+    assert sampler.can_draw() == (len(long_enough) > 1 or any(length >= 2 * h for length in lengths))
+    if not sampler.can_draw():
+        return
+    for first, second in sampler.draw(20):
+        for segment in (first, second):
+            assert 0 <= segment.start <= len(segment.episode) - h
+            assert segment.states.shape == (h, 4)
+        if first.episode is second.episode:
+            assert abs(first.start - second.start) >= h
+
+
+def test_every_start_is_drawn_the_last_one_too() -> None:
+    sampler = PairSampler(pool_of(6, 6), 4, np.random.default_rng(0))
+    starts = {segment.start for pair in sampler.draw(200) for segment in pair}
+    assert starts == {0, 1, 2}
+
+
+def test_an_artifact_gives_back_what_the_reward_model_takes() -> None:
+    (first, _second), *_ = PairSampler(pool_of(20, 20), 5, np.random.default_rng(0)).draw(1)
+    np.testing.assert_array_equal(inputs_from_bytes(first.to_bytes()), first.inputs)
+    assert first.inputs.shape == (5, 5)
+    expected = first.episode.rewards[first.start : first.start + 5].sum()
+    assert first.true_return == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("scheme", [Uniform(), Disagreement(), Entropy()], ids=lambda s: s.kind)
+def test_schemes_keep_the_best_of_ten_times_as_many(scheme: Uniform | Disagreement | Entropy) -> None:
+    model = RewardModel(LearnedReward(width=16), 3, 2, Randomness(0), torch.device("cpu"))
+    with torch.no_grad():
+        for parameter in model.members.parameters():
+            parameter.mul_(4)
+    pool = pool_of(30, 30, 30)
+    chosen = select(scheme, PairSampler(pool, 5, np.random.default_rng(1)), model, 4, 10)
+    assert [c.scheme for c in chosen] == [scheme.kind] * 4
+    score = SCORES[type(scheme)]
+    if score is None:
+        assert all(c.score is None for c in chosen)
+        return
+    candidates = PairSampler(pool, 5, np.random.default_rng(1)).draw(40)
+    first, second = (stack_inputs([pair[side] for pair in candidates]) for side in (0, 1))
+    best = sorted(score(model.probabilities(first, second)).tolist(), reverse=True)[:4]
+    assert [c.score for c in chosen] == pytest.approx(best)
+    assert len({(c.pair[0].start, c.pair[1].start) for c in chosen}) > 1

@@ -1,0 +1,147 @@
+"""Whatever happens to page, network or server, no answer is lost and none is counted twice."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import pytest
+import uvicorn
+from playwright.sync_api import Page, Route, expect
+
+from server.app import create_app
+from server.serve import listen
+from tests.labelling_rig import LabelRun
+from tests.web.conftest import LiveServer
+from tests.web.label_hand import Hand
+
+
+@pytest.fixture
+def run(live_server: LiveServer) -> LabelRun:
+    return LabelRun(live_server.database, live_server.data.open_store()).begin()
+
+
+@pytest.fixture
+def hand(page: Page, live_server: LiveServer, run: LabelRun) -> Hand:
+    return Hand(page, live_server.url, run)
+
+
+def test_answers_given_offline_arrive_later(hand: Hand, run: LabelRun, page: Page) -> None:
+    run.post(8)
+    run.lend_to("Ann", count=8, swapped=False)
+    hand.open()
+    page.route("**/api/**", lambda route: route.abort())
+    hand.answer("ArrowLeft", "ArrowUp", "ArrowRight")
+    expect(page.locator("[data-saved]")).to_have_text("3 answers not sent yet, retrying")
+    expect(page.locator("[data-progress]")).to_contain_text("3 of 50")
+    assert run.answers() == []
+    page.unroute("**/api/**")
+    hand.saved()
+    assert run.standing() == {0: "first", 1: "equal", 2: "second"}
+    assert len(run.answers()) == 3
+
+
+def test_a_reply_that_is_lost_does_not_count_twice(hand: Hand, run: LabelRun, page: Page) -> None:
+    run.post(4)
+    hand.open()
+    lost: list[str] = []
+
+    def lose_the_first(route: Route) -> None:
+        if lost:
+            route.continue_()
+            return
+        lost.append(str(route.fetch().status))
+        route.abort()
+
+    page.route("**/answers", lose_the_first)
+    hand.answer("ArrowLeft")
+    hand.answer("ArrowLeft").saved()
+    assert lost == ["200"]
+    assert len(run.answers()) == 2
+
+
+def test_a_reload_sends_what_was_left_and_keeps_the_leases(hand: Hand, run: LabelRun, page: Page) -> None:
+    run.post(6)
+    run.lend_to("Ann", count=4, swapped=False)
+    hand.open()
+    page.route("**/answers", lambda route: route.abort())
+    hand.answer("ArrowLeft", "ArrowRight")
+    page.unroute("**/answers")
+    held = {lease.id for lease in run.leases()}
+    page.reload()
+    hand.wait_for_pair()
+    hand.saved() if hand.unsent == 0 else hand.until("localStorage['pebble:outbox:mill'] === '[]'")
+    assert run.standing() == {0: "first", 1: "second"}
+    hand.answer("ArrowUp", "ArrowUp").saved()
+    assert run.standing() == {0: "first", 1: "second", 2: "equal", 3: "equal"}
+    assert {answer.lease_id for answer in run.answers()} == held
+    assert len({lease.query_id for lease in run.leases()}) == len(run.leases())
+
+
+def test_leaving_gives_the_pairs_back(hand: Hand, run: LabelRun, page: Page) -> None:
+    run.post(4)
+    hand.open()
+    hand.until("performance.getEntriesByType('resource').some((r) => r.name.endsWith('/leases'))")
+    page.goto("about:blank")
+    for _ in range(50):
+        page.wait_for_timeout(40)
+        if len(run.lend_to("Bob", count=4)) == 4:
+            break
+    assert len(run.lend_to("Bob", count=4)) == 4
+
+
+@dataclass
+class Restartable:
+    """The application on one port, again and again."""
+
+    live: LiveServer
+    port: int = 0
+    server: uvicorn.Server | None = None
+    threads: list[threading.Thread] = field(default_factory=list)
+
+    def start(self) -> None:
+        listener = listen("127.0.0.1", self.port)
+        self.port = listener.getsockname()[1]
+        config = uvicorn.Config(create_app(self.live.data), log_level="critical", access_log=False)
+        self.server = uvicorn.Server(config)
+        thread = threading.Thread(target=self.server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        self.threads.append(thread)
+
+    def stop(self) -> None:
+        assert self.server is not None, "start first"
+        self.server.should_exit = True
+        self.threads[-1].join(timeout=10)
+
+
+@pytest.fixture
+def restartable(live_server: LiveServer) -> Iterator[Restartable]:
+    made = Restartable(live_server)
+    made.start()
+    yield made
+    made.stop()
+
+
+def test_a_server_that_restarts(
+    run: LabelRun, restartable: Restartable, live_server: LiveServer, page: Page
+) -> None:
+    run.post(8)
+    run.lend_to("Ann", count=8, swapped=False)
+    url = f"http://127.0.0.1:{restartable.port}"
+    other = page.context.browser
+    assert other is not None
+    context = other.new_context()
+    page = context.new_page()
+    page.goto(f"{url}/?token={live_server.token}")
+    hand = Hand(page, url, run).open()
+    hand.answer("ArrowLeft").saved()
+    restartable.stop()
+    hand.answer("ArrowUp", "ArrowRight")
+    expect(page.locator("[data-saved]")).to_have_text("2 answers not sent yet, retrying")
+    restartable.start()
+    hand.saved()
+    assert run.standing() == {0: "first", 1: "equal", 2: "second"}
+    assert len(run.answers()) == 3
+    hand.answer("ArrowLeft").saved()
+    context.close()

@@ -1,0 +1,83 @@
+"""Commands of ended runs: `python -m trainer.commands COMMAND_ID DATA [ARTIFACTS_URL]`."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import structlog
+
+from labels_db import commands
+from labels_db.data_folder import DataFolder
+from labels_db.database import Database
+from labels_db.models import Command
+from labels_db.storage import ArtifactStore
+from trainer.environments import make_environment
+from trainer.evaluation import evaluate, mean_measures
+from trainer.export import export_policy
+from trainer.policy import TrainedPolicy, load_policy
+
+log = structlog.get_logger()
+
+
+def evaluation_of(policy: TrainedPolicy, episodes: int, seed: int) -> dict[str, Any]:
+    """Mean true return and measures of the policy over fresh episodes."""
+    environment = make_environment(policy.config.environment)
+    lived = evaluate(policy, environment, seed=seed, episodes=episodes)
+    returns = [episode.true_return for episode in lived]
+    return {
+        "environment": policy.config.environment.name,
+        "step": policy.step,
+        "episodes": episodes,
+        "return": sum(returns) / len(returns),
+        "returns": returns,
+        "measures": mean_measures(lived),
+    }
+
+
+def _evaluate(command: Command, policy: TrainedPolicy, _store: ArtifactStore) -> dict[str, Any]:
+    return evaluation_of(policy, int(command.arguments.get("episodes", 10)), policy.config.seed)
+
+
+def _export(command: Command, policy: TrainedPolicy, store: ArtifactStore) -> dict[str, Any]:
+    ending = command.arguments.get("format", "onnx")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"policy.{ending}"
+        export_policy(policy, path)
+        key = f"runs/{command.run_id}/exports/policy-{policy.step}.{ending}"
+        return {"artifact": key, "sha256": store.write(key, path.read_bytes())}
+
+
+DOERS: Mapping[str, Callable[[Command, TrainedPolicy, ArtifactStore], dict[str, Any]]] = MappingProxyType(
+    {"evaluate": _evaluate, "export-policy": _export}
+)
+
+
+def do(command: Command, database: Database, store: ArtifactStore) -> dict[str, Any]:
+    """What came of it: its result, or the reason why there is none."""
+    try:
+        return DOERS[command.kind](command, load_policy(database, store, command.run_id), store)
+    except Exception as error:  # the asker must hear of it, whatever it is
+        log.exception("command failed", kind=command.kind, run=command.run_id)
+        return {"error": f"{type(error).__name__}: {error}"}
+
+
+def main(arguments: list[str]) -> int:
+    command_id, path, *url = arguments
+    data = DataFolder(Path(path), url[0] if url else None)
+    database, store = data.open_database(), data.open_store()
+    with database.read() as session:
+        command = session.get_one(Command, int(command_id))
+    result = do(command, database, store)
+    with database.write() as session:
+        commands.finish(session, command.id, result)
+    database.close()
+    return 1 if "error" in result else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,135 @@
+"""The supervisor: claims queued runs, gives each a process, notices when one dies, does commands of ended runs.
+
+Any number of supervisors may share a record; a claim is one transaction, so no two ever own one run. This
+module imports neither torch nor a simulator: it starts at once and stays small.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import structlog
+
+from labels_db import commands
+from labels_db.data_folder import DataFolder
+from labels_db.database import Database
+from labels_db.models import utc_now
+from labels_db.runs import Claim, attempt_died, claim_run, interrupt_stale
+from trainer.launcher import Handle, Launcher, LocalLauncher
+
+log = structlog.get_logger()
+
+LOOK_SECONDS = 0.5
+LEAVE_SECONDS = 60
+COMMAND_KINDS = frozenset({"evaluate", "export-policy"})
+"""Commands that need torch; they are done from the run's last checkpoint."""
+
+
+def default_parallel_runs() -> int:
+    """One run for every two cores: a run also renders, and the server wants to answer."""
+    return max(1, (os.cpu_count() or 1) // 2)
+
+
+def log_tail(path: Path, lines: int = 12) -> str:
+    """The end of a run's log."""
+    if not path.exists():
+        return ""
+    return "\n".join(path.read_text(encoding="utf-8", errors="replace").splitlines()[-lines:])
+
+
+@dataclass
+class Supervisor:
+    """Looks after the runs of one installation until `leave` is set."""
+
+    data: DataFolder
+    database: Database
+    launcher: Launcher
+    max_parallel: int = field(default_factory=default_parallel_runs)
+    leave: threading.Event = field(default_factory=threading.Event)
+    children: dict[Claim, Handle] = field(default_factory=dict)
+    command: subprocess.Popen[bytes] | None = None
+
+    @property
+    def name(self) -> str:
+        return f"{socket.gethostname()}:{os.getpid()}"
+
+    def watch(self) -> None:
+        """Look, act, rest; when told to leave, let every run write its checkpoint."""
+        while not self.leave.wait(LOOK_SECONDS):
+            self.look()
+        self.end_children()
+
+    def look(self) -> None:
+        """Everything that is due now."""
+        self.data.heartbeat_path.touch()
+        self.reap()
+        with self.database.write() as session:
+            interrupt_stale(session, now=utc_now())
+        self.start_queued()
+        self.start_command()
+
+    def start_queued(self) -> None:
+        while (claim := self._claim()) is not None:
+            log.info("starting", run=claim.run_id, attempt=claim.attempt)
+            self.children[claim] = self.launcher.launch(claim)
+
+    def _claim(self) -> Claim | None:
+        with self.database.write() as session:
+            return claim_run(session, self.name, max_parallel=self.max_parallel, now=utc_now())
+
+    def reap(self) -> None:
+        """Learn which children have ended, and hand on the runs of those that died."""
+        ended = {
+            claim: status for claim, child in self.children.items() if (status := child.poll()) is not None
+        }
+        for claim, status in ended.items():
+            del self.children[claim]
+            self._bury(claim, status)
+
+    def _bury(self, claim: Claim, status: int) -> None:
+        how = f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
+        log.info("ended", run=claim.run_id, attempt=claim.attempt, status=status)
+        tail = log_tail(self.data.log_path(claim.run_id))
+        with self.database.write() as session:
+            attempt_died(session, claim, f"The trainer's process {how}. The end of its log:\n{tail}")
+
+    def start_command(self) -> None:
+        """One command at a time, in a process of its own."""
+        if self.command is not None and self.command.poll() is None:
+            return
+        with self.database.write() as session:
+            taken = commands.take_of_ended_runs(session, COMMAND_KINDS)
+            command_id = None if taken is None else taken.id
+        if command_id is not None:
+            arguments = [sys.executable, "-m", "trainer.commands", str(command_id), str(self.data.path)]
+            arguments += [self.data.artifacts_url] if self.data.artifacts_url else []
+            self.command = subprocess.Popen(arguments, stdin=subprocess.DEVNULL)
+
+    def end_children(self) -> None:
+        """Ask every run to write its checkpoint and go; whoever does not in time goes on by itself."""
+        for child in self.children.values():
+            child.terminate()
+        for claim, child in list(self.children.items()):
+            try:
+                child.wait(timeout=LEAVE_SECONDS)
+            except subprocess.TimeoutExpired:
+                log.warning("still running", run=claim.run_id)
+        self.reap()
+
+
+def supervise(data: DataFolder, leave: threading.Event, max_parallel: int | None = None) -> None:
+    """Look after an installation's runs until `leave` is set."""
+    database = data.open_database()
+    try:
+        supervisor = Supervisor(
+            data, database, LocalLauncher(data), max_parallel or default_parallel_runs(), leave
+        )
+        supervisor.watch()
+    finally:
+        database.close()
