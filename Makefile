@@ -16,7 +16,7 @@ setup-tests:
 	@scripts/setup tests
 
 run: setup ## Serve the product at http://127.0.0.1:8000
-	@$(bin)/pebble up
+	@$(bin)/pebble up || [ $$? -eq 130 ] # Ctrl-C is the usual end
 
 test: setup-tests ## Run every test but the demonstrations
 	@$(pytest)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import Select, func, select, update
+from sqlalchemy import ColumnElement, Select, func, select, update
 from sqlalchemy.orm import Session, joinedload
 
 from labels_db.errors import ConflictError
@@ -62,7 +62,7 @@ def queue_of(session: Session, run_id: str, labeller_id: int, *, now: datetime) 
         available=0 if run.archived else _available(session, run_id, labeller_id, now),
         place=queue_positions(session).get(run_id) if queued else None,
         goal=max(run.goal_cards, key=lambda card: card.version, default=None),
-        video_step=session.scalar(select(func.max(EvaluationResult.step)).where(*_with_video(run_id))),
+        video_step=session.scalar(select(func.max(EvaluationResult.step)).where(_with_video(run_id))),
         fits=session.scalar(select(func.count(Fit.id)).where(Fit.run_id == run_id)) or 0,
     )
 
@@ -77,13 +77,13 @@ def _count(session: Session, rows: Select[Lease] | Select[Query]) -> int:
     return session.scalar(select(func.count()).select_from(rows.order_by(None).subquery())) or 0
 
 
-def _with_video(run_id: str):  # type: ignore[no-untyped-def]
-    return EvaluationResult.run_id == run_id, EvaluationResult.video_key.is_not(None)
+def _with_video(run_id: str) -> ColumnElement[bool]:
+    return (EvaluationResult.run_id == run_id) & EvaluationResult.video_key.is_not(None)
 
 
 def video_steps(session: Session, run_id: str) -> Sequence[int]:
     """The steps that have a policy video, in order."""
-    wanted = select(EvaluationResult.step).where(*_with_video(run_id)).order_by(EvaluationResult.step)
+    wanted = select(EvaluationResult.step).where(_with_video(run_id)).order_by(EvaluationResult.step)
     return session.scalars(wanted).all()
 
 

@@ -86,13 +86,16 @@ def find_session(session: Session, run_id: str, index: int) -> FeedbackSession |
     )
 
 
-def supersede_queries(session: Session, claim: Claim, *, before: int) -> int:
-    """Close every open query of sessions before that index, since fresher ones come; returns how many."""
+def supersede_queries(session: Session, claim: Claim, *, before: int | None = None) -> int:
+    """Close the open queries of all sessions, or of those before an index; returns how many.
+
+    Fresher ones take their place, or the run has finished and no answer could teach it anything.
+    """
     owned_run(session, claim)
     now = utc_now()
-    earlier = select(FeedbackSession.id).where(
-        FeedbackSession.run_id == claim.run_id, FeedbackSession.index < before
-    )
+    earlier = select(FeedbackSession.id).where(FeedbackSession.run_id == claim.run_id)
+    if before is not None:
+        earlier = earlier.where(FeedbackSession.index < before)
     still_open = session.scalars(
         select(Query).where(Query.session_id.in_(earlier), Query.state == QueryState.OPEN)
     ).all()

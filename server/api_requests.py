@@ -5,15 +5,27 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import Path
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
 LARGEST = 2**53 - 1
 """The largest integer that every JSON reader keeps whole."""
 
 RunId = Annotated[str, Path(max_length=200, description="The run's id.", examples=["walker-walk-3fa2b1"])]
 Count = Annotated[int, Path(ge=0, le=LARGEST)]
-Title = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=120)]
-GoalText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000)]
+
+
+def _readable(text: str) -> str:
+    if any(ord(letter) < 32 and letter not in "\t\r\n" for letter in text):
+        raise ValueError("may not have control characters in it")
+    return text
+
+
+Title = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=120), AfterValidator(_readable)
+]
+GoalText = Annotated[
+    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=1000), AfterValidator(_readable)
+]
 
 
 class Asked(BaseModel):

@@ -22,7 +22,10 @@ from server.services import Services, ServicesDep
 Responses = dict[int | str, dict[str, Any]]
 
 REFUSED: Responses = {
+    400: {"model": Complaints, "description": "The body cannot be read."},
     401: {"model": Complaints, "description": "No token, or an old one."},
+    403: {"model": Complaints, "description": "Sent by a page of another site."},
+    413: {"model": Complaints, "description": "The body is too large."},
     422: {"model": Complaints, "description": "Something sent does not fit; the field and the reason."},
 }
 UNKNOWN: Responses = {404: {"model": Complaints, "description": "There is no such thing."}}

@@ -114,9 +114,14 @@ def _word_errors(typed: Mapping[str, str]) -> dict[str, str]:
         try:
             words.validate_python(typed.get(name, ""))
         except ValidationError as error:
-            errors[name] = "is missing" if not typed.get(name, "").strip() else _too_long(error)
+            errors[name] = _word_error(error)
     return errors
 
 
-def _too_long(error: ValidationError) -> str:
-    return f"may have {error.errors()[0]['ctx']['max_length']} characters at most"
+def _word_error(error: ValidationError) -> str:
+    found = error.errors()[0]
+    plain = {
+        "string_too_short": "is missing",
+        "string_too_long": f"may have {found.get('ctx', {}).get('max_length')} characters at most",
+    }
+    return plain.get(found["type"]) or found["msg"].removeprefix("Value error, ")

@@ -17,7 +17,6 @@ from server.security import HEADERS
 from server.templating import render
 
 TITLES = {
-    401: "Sign in",
     403: "Not from here",
     404: "Nothing here",
     405: "Not that way",
@@ -37,9 +36,25 @@ def complain(
     if request.url.path.startswith("/api"):
         detail = {"detail": [{"field": field, "reason": reason}]}
         return JSONResponse(detail, status_code=status, headers=headers)
-    template = "sign_in.html" if status == 401 else "error.html"
+    if status == 401:
+        return sign_in_page(request, reason, _here(request), headers=headers)
     title = TITLES.get(status) or HTTPStatus(status).phrase
-    return render(request, template, status=status, headers=headers, title=title, field=field, reason=reason)
+    return render(
+        request, "error.html", status=status, headers=headers, title=title, field=field, reason=reason
+    )
+
+
+def sign_in_page(
+    request: Request, reason: str, back: str, *, headers: dict[str, str] | None = None
+) -> Response:
+    """The page that asks for the token, and goes back to the one that wanted it."""
+    return render(request, "sign_in.html", status=401, headers=headers, reason=reason, back=back)
+
+
+def _here(request: Request) -> str:
+    """The address asked for, to come back to; a token in it has just been refused."""
+    query = "" if "token" in request.query_params else request.url.query
+    return f"{request.url.path}?{query}" if query else request.url.path
 
 
 def install(app: FastAPI) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated
+from typing import Annotated, Any
 from uuid import UUID
 
 from fastapi import APIRouter, Path, Request, Response
@@ -42,8 +42,11 @@ router = APIRouter(prefix="/api", tags=["labelling"])
 RunId = Annotated[str, Path(description="The run whose queries are answered.")]
 LeaseId = Annotated[RowId, Path(description="A lease of this labeller.")]
 
-NOT_FOUND = {404: {"description": "No such run, or a lease or answer that is not this labeller's."}}
-CONFLICT = {409: {"description": "The run is archived, or the lease has been answered already."}}
+Responses = dict[int | str, dict[str, Any]]
+NOT_FOUND: Responses = {
+    404: {"description": "No such run, or a lease or answer that is not this labeller's."}
+}
+CONFLICT: Responses = {409: {"description": "The run is archived, or the lease has been answered already."}}
 
 
 @router.get("/runs/{run_id}/queue", responses={**NOT_FOUND})

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import uuid
-from typing import Annotated
+from datetime import datetime
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Form, Request
 from sqlalchemy.orm import Session
@@ -16,7 +17,7 @@ from labels_db.queries import labeller_named, lease_queries
 from labels_db.records import fits_of
 from server.labelling_api import record_answer, record_retraction
 from server.labelling_identity import Person, person_of, remember
-from server.labelling_models import AnswerIn, ClipOut, Moment, PersonName, RowId
+from server.labelling_models import AnswerIn, ClipOut, LeaseOut, Moment, PersonName, RowId
 from server.labelling_payload import queue_out, shown
 from server.services import Services, ServicesDep
 from server.templating import render
@@ -33,37 +34,41 @@ NOTES = {
 @router.get("")
 def page(request: Request, run_id: str, services: ServicesDep, note: str = "") -> Response:
     """The page. One pair is leased at once, for those who see it without scripts."""
-    person, now = person_of(request), utc_now()
+    person = person_of(request)
     with services.database.write() as session:
-        me = labeller_named(session, person.name)
-        queue = queue_of(session, run_id, me.id, now=now)
-        leases = (
-            []
-            if queue.run.archived
-            else lease_queries(session, run_id, me.id, count=1, now=now, rng=services.rng)
-        )
-        undoable = last_answer(session, run_id, me.id)
-        context = {
-            "run": queue.run,
-            "queue": queue_out(queue, now),
-            "person": person,
-            "pair": next(iter(shown(session, leases)), None),
-            "undoable": undoable and undoable.answer_id,
-            "taught": _taught(session, queue),
-        }
-    response = _render(
-        request,
-        "label.html",
-        **context,
-        answer_id=uuid.uuid4(),
-        retraction_id=uuid.uuid4(),
-        shown_at=now.isoformat(),
-        strip=strip,
-        note=NOTES.get(note, ""),
-    )
+        context = _page_context(session, services, run_id, person)
+    response = _render(request, "label.html", **context, note=NOTES.get(note, ""))
     if not person.known:
         remember(request, response, person.name)
     return response
+
+
+def _page_context(session: Session, services: Services, run_id: str, person: Person) -> dict[str, Any]:
+    now, me = utc_now(), labeller_named(session, person.name).id
+    queue = queue_of(session, run_id, me, now=now)
+    undoable = last_answer(session, run_id, me)
+    return {
+        "run": queue.run,
+        "queue": queue_out(queue, now),
+        "taught": _taught(session, queue),
+        "person": person,
+        "pair": _first_pair(session, services, queue, me, now),
+        "strip": strip,
+        "undoable": undoable and undoable.answer_id,
+        # The forms' own ids, so that a form sent twice counts once.
+        "answer_id": uuid.uuid4(),
+        "retraction_id": uuid.uuid4(),
+        "shown_at": now.isoformat(),
+    }
+
+
+def _first_pair(
+    session: Session, services: Services, queue: Queue, labeller_id: int, now: datetime
+) -> LeaseOut | None:
+    if queue.run.archived:
+        return None
+    leases = lease_queries(session, queue.run.id, labeller_id, count=1, now=now, rng=services.rng)
+    return next(iter(shown(session, leases)), None)
 
 
 def strip(clip: ClipOut) -> list[str]:
@@ -108,7 +113,7 @@ def _taught(session: Session, queue: Queue) -> dict[str, object]:
     }
 
 
-def _render(request: Request, template: str, **context: object) -> Response:
+def _render(request: Request, template: str, **context: Any) -> Response:
     return render(request, template, headers={"Cache-Control": "no-store"}, **context)
 
 

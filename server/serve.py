@@ -11,6 +11,9 @@ from labels_db.data_folder import DataFolder
 from server.app import create_app
 from server.token import access_token
 
+EVERYWHERE = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}
+"""Addresses that mean all of this machine's, and the one to reach it by; no browser should call it by those."""
+
 
 class PortTakenError(Exception):
     """Another program listens where this one was asked to."""
@@ -30,7 +33,7 @@ def serve(
     """
     listener = listen(host, port)
     url = f"{_address(listener)}/?token={access_token(data)}"
-    app = create_app(data, hosts={host, *hosts})
+    app = create_app(data, hosts={host, *hosts} - EVERYWHERE.keys())
     # Our own access log leaves queries out (`server/access_log.py`); no proxy in front is trusted.
     config = uvicorn.Config(app, log_level="warning", access_log=False, proxy_headers=False)
     with listener:
@@ -53,7 +56,7 @@ def listen(host: str, port: int) -> socket.socket:
 def _address(listener: socket.socket) -> str:
     host, port = listener.getsockname()[:2]
     # Every address of this machine has no name of its own; the local one reaches it.
-    name = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
+    name = EVERYWHERE.get(host) or (f"[{host}]" if ":" in host else host)
     return f"http://{name}:{port}"
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Form, Request
 from starlette.responses import RedirectResponse, Response
 
-from server.errors import complain
+from server.errors import sign_in_page
 from server.forms import local_path
 from server.sessions import Sessions
 
@@ -21,7 +21,7 @@ def sign_in(
     """Take the token from the form and go back to the page that wanted it."""
     sessions: Sessions = request.app.state.sessions
     if not sessions.is_token(token.strip()):
-        return complain(request, 401, "That token does not open this Pebble. It may have been renewed.")
+        return sign_in_page(request, "That token does not open this Pebble. It may have been renewed.", back)
     response = RedirectResponse(local_path(back), status_code=303)
     sessions.sign_in(request, response)
     return response
@@ -30,4 +30,4 @@ def sign_in(
 @router.get("/sign-in")
 def form(request: Request) -> Response:
     """The form by itself."""
-    return complain(request, 401, "This page needs the access token.")
+    return sign_in_page(request, "Pebble needs its access token.", "/")

@@ -46,7 +46,15 @@ def make_templates(version: str) -> Environment:
         lstrip_blocks=True,
     )
     templates.globals["static"] = functools.partial("/static/{}/{}".format, version)
-    for filter in (words.number, words.decimal, words.percent, words.plural, words.ago, words.exact, words.measure):
+    for filter in (
+        words.number,
+        words.decimal,
+        words.percent,
+        words.plural,
+        words.ago,
+        words.exact,
+        words.measure,
+    ):
         templates.filters[filter.__name__] = filter
     return templates
 

@@ -12,6 +12,7 @@ from labels_db.data_folder import DataFolder
 from labels_db.errors import AttemptLostError
 from labels_db.estimate import estimate_bytes
 from labels_db.models import RunState
+from labels_db.queries import supersede_queries
 from labels_db.runs import (
     Claim,
     acknowledge_stop,
@@ -104,6 +105,7 @@ class Attempt:
         run.progress.flush()
         run.progress.beat()
         with self.database.write() as session:
+            supersede_queries(session, self.claim)  # nobody is to answer what can teach nothing any more
             finish_run(session, self.claim)
 
     def _leave(self, state: RunState) -> RunState:

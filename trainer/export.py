@@ -12,9 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import torch
 from safetensors.numpy import save_file
-from torch import nn
 
 from trainer.policy import TrainedPolicy
 
@@ -48,36 +46,35 @@ def describe(policy: TrainedPolicy) -> dict[str, Any]:
     }
 
 
-def plain_network(policy: TrainedPolicy) -> nn.Sequential:
-    """The deterministic policy as ordinary layers, ending in tanh."""
-    modules: list[nn.Module] = []
-    for weight, bias in policy.layers():
-        linear = nn.Linear(*weight.shape)
-        with torch.no_grad():
-            linear.weight.copy_(torch.from_numpy(weight.T.copy()))
-            linear.bias.copy_(torch.from_numpy(bias.copy()))
-        modules += [linear, nn.ReLU()]
-    return nn.Sequential(*modules[:-1], nn.Tanh()).eval()
-
-
 def _onnx(policy: TrainedPolicy, path: Path) -> None:
-    import onnx
+    """A plain chain of Gemm, Relu and Tanh nodes: no exporter is needed for a perceptron."""
+    data = onnx_model(policy).SerializeToString()
+    _check_onnx(policy, data)
+    path.write_bytes(data)
 
-    example = torch.zeros(1, policy.config.catalogue_entry.observation_size)
-    program = torch.onnx.export(
-        plain_network(policy),
-        (example,),
-        dynamo=True,
-        input_names=["observation"],
-        output_names=["action"],
-        dynamic_shapes=({0: torch.export.Dim("batch")},),
-        verbose=False,
-    )
-    assert program is not None
-    model = program.model_proto
-    onnx.helper.set_model_props(model, {k: json.dumps(v) for k, v in describe(policy).items()})
-    _check_onnx(policy, model.SerializeToString())
-    path.write_bytes(model.SerializeToString())
+
+def onnx_model(policy: TrainedPolicy) -> Any:
+    """The deterministic policy as an `onnx.ModelProto`, with `describe` as its metadata."""
+    from onnx import TensorProto, checker, helper, numpy_helper
+
+    layers, facts = policy.layers(), describe(policy)
+    nodes, weights, name = [], [], "observation"
+    for i, (weight, bias) in enumerate(layers):
+        activation, out = ("Tanh", "action") if i == len(layers) - 1 else ("Relu", f"hidden.{i}")
+        weights += [numpy_helper.from_array(np.ascontiguousarray(weight), f"weight.{i}")]
+        weights += [numpy_helper.from_array(np.ascontiguousarray(bias), f"bias.{i}")]
+        nodes += [helper.make_node("Gemm", [name, f"weight.{i}", f"bias.{i}"], [f"sum.{i}"])]
+        nodes += [helper.make_node(activation, [f"sum.{i}"], [out])]
+        name = out
+    ends = [
+        helper.make_tensor_value_info(end, TensorProto.FLOAT, ["batch", facts[f"{end}_size"]])
+        for end in ("observation", "action")
+    ]
+    graph = helper.make_graph(nodes, "policy", ends[:1], ends[1:], weights)
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=10)
+    helper.set_model_props(model, {key: json.dumps(value) for key, value in facts.items()})
+    checker.check_model(model)
+    return model
 
 
 def _check_onnx(policy: TrainedPolicy, model: bytes) -> None:

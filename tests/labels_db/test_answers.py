@@ -57,6 +57,12 @@ def test_swapping_sides_swaps_first_and_second_only(pressed: Pressed) -> None:
     assert swapped == mirrored.get(plain, plain)
 
 
+@examples(pressed=PRESSED, swapped=SWAPPED)
+def test_each_choice_has_the_key_that_gives_it(pressed: Pressed, swapped: bool) -> None:
+    choice = queries.choice_of(pressed, swapped=swapped)
+    assert queries.pressed_for(choice, swapped=swapped) is pressed
+
+
 def _fresh_lease(session: Session) -> list[Lease]:
     given.queries(session, given.a_claim(session), 1)
     return given.leases(session, given.labeller(session))

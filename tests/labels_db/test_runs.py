@@ -175,6 +175,20 @@ def test_a_run_asked_to_stop_is_stopped_when_its_trainer_dies(database: Database
         assert runs.get_run(session, "mill").state is RunState.STOPPED
 
 
+def test_a_dead_process_is_interrupted_unless_it_had_given_the_run_up(database: Database) -> None:
+    with database.write() as session:
+        first = given.a_claim(session)
+        runs.attempt_died(session, first, "killed")
+        assert runs.get_run(session, "mill").state is RunState.QUEUED
+        second = runs.claim_run(session, "s", max_parallel=1, now=NOW)
+        assert second is not None
+        runs.attempt_died(session, first, "reaped late")
+        assert runs.get_run(session, "mill").state is RunState.STARTING
+        runs.finish_run(session, second)
+        runs.attempt_died(session, second, "its usual end")
+        assert runs.get_run(session, "mill").state is RunState.FINISHED
+
+
 def test_a_paused_run_stays_paused_through_a_shutdown(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ RECORDS = ("metrics", "evaluations", "fits", "queries", "answers", "events", "lo
 
 
 @pytest.fixture
-def run(site: Site) -> Iterator[str]:
+def run(site: Site) -> str:
     """A run that has lived a little: a session of two pairs, both answered, one fit, one evaluation."""
     with site.database.write() as session:
         run = demo.queued(session, demo.WINDMILL)
@@ -26,7 +25,7 @@ def run(site: Site) -> Iterator[str]:
         demo.curves(session, held, 5000)
         demo.evaluated(session, site.services.store, held, range(5000, 5001, 5000))
         demo.going(session, held, step=5000)
-    yield run.id
+    return run.id
 
 
 def test_metrics_come_by_name_and_after_a_step(site: Site, run: str) -> None:
@@ -61,7 +60,7 @@ def test_fits_queries_answers_and_events(site: Site, run: str) -> None:
 def test_the_log_ends_where_the_file_does(site: Site, run: str) -> None:
     assert site.client.get(f"/api/runs/{run}/log").json() == {"lines": []}
     path: Path = site.data.log_path(run)
-    path.parent.mkdir(parents=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(b"\xff" + b"x" * 100_000 + b"\nsecond\nlast\n")
     assert site.client.get(f"/api/runs/{run}/log?lines=1").json() == {"lines": ["last"]}
     assert site.client.get(f"/api/runs/{run}/log").json() == {"lines": ["second", "last"]}

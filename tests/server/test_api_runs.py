@@ -78,6 +78,7 @@ def test_a_run_is_queued_with_its_settings(site: Site) -> None:
         ({**WINDMILL, "settings": {"reward.kind": "true"}}, "", "set feedback.kind to 'none'"),
         ({**WINDMILL, "settings": {"seed": 1}}, "settings.seed", "string"),
         ({**WINDMILL, "title": "  "}, "title", "at least 1"),
+        ({**WINDMILL, "title": "a\x00b"}, "title", "control characters"),
         ({**WINDMILL, "goal": "x" * 1001}, "goal", "at most 1000"),
         ({**WINDMILL, "colour": "red"}, "colour", "not permitted"),
         ([], "body", "valid dictionary"),

@@ -123,6 +123,16 @@ def test_everything_wrong_is_said_at_its_field(site: Site) -> None:
     assert site.client.get("/api/runs").json() == []
 
 
+def test_words_have_limits(site: Site) -> None:
+    form = form_of(site, "preset=cartpole-swingup")
+    answer = site.client.post("/new", data={**form, "title": "a\0", "goal": "x" * 1001}, headers=SAME)
+    said = re.findall(r'class="error[^>]*>([^<]*)', answer.text)
+    assert said == [
+        "Name may not have control characters in it.",
+        "What labellers look for may have 1000 characters at most.",
+    ]
+
+
 def test_parts_that_do_not_fit_are_said_above(site: Site) -> None:
     form = form_of(site, "preset=cartpole-swingup&reward.kind=true")
     answer = site.client.post("/new", data=form, headers=SAME)

@@ -32,7 +32,7 @@ def test_nothing_is_served_without_the_token(site: Site, path: str) -> None:
 
 @pytest.mark.parametrize("header", ["Bearer wrong", "Bearer ", "Basic abc", "Bearer \u00e9"])
 def test_a_wrong_token_is_refused(site: Site, header: str) -> None:
-    assert site.anonymous.get("/api/runs", headers={"Authorization": header.encode()}).status_code == 401
+    assert site.anonymous.get("/api/runs", headers={b"Authorization": header.encode()}).status_code == 401
     assert site.anonymous.get("/?token=wrong").status_code == 401
 
 

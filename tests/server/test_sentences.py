@@ -25,7 +25,7 @@ def saying(site: Site) -> Saying:
 
     def make(**columns: Any) -> RunOverview:
         with site.database.write() as session:
-            run = demo.queued(session, demo.WINDMILL)
+            run = demo.queued(session, demo.WINDMILL, {"total_steps": "40000"})
             demo.going(session, demo.started(session, run))
             for name, value in columns.items():
                 setattr(run, name, value)

@@ -52,7 +52,7 @@ class Machine:
             path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8")
             path.chmod(0o755)
-        self.install(*PACKAGES, "chromium")
+        self.install(*PACKAGES, "chromium", "libatomic1")
 
     @property
     def checkout(self) -> Path:
@@ -155,7 +155,7 @@ def test_root_gets_missing_packages_installed(machine: Machine) -> None:
     assert machine.setup("tests").returncode == 0
     update, install = machine.calls[:2]
     assert update == "apt-get update -qq"
-    assert install.split()[-3:] == ["libgl1-mesa-dri", "libopengl0", "chromium"]
+    assert install.split()[-4:] == ["libgl1-mesa-dri", "libopengl0", "chromium", "libatomic1"]
 
 
 def test_python_without_venv_gets_it_the_same_way(machine: Machine) -> None:

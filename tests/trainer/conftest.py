@@ -42,9 +42,10 @@ SMALL = {
 
 def small_config(preset: str = "cartpole-windmill-clockwise", **changes: Any) -> RunConfig:
     """The preset made small; `a__b=1` sets `a.b`."""
-    chosen = {**SMALL, "feedback.teacher.kind": "oracle"}
-    chosen.update({name.replace("__", "."): value for name, value in changes.items()})
-    return with_settings(preset_named(preset).config(), {path: str(value) for path, value in chosen.items()})
+    small = {**SMALL, "feedback.teacher.kind": "oracle"}
+    asked = {name.replace("__", "."): value for name, value in changes.items()}
+    config = with_settings(preset_named(preset).config(), {path: str(v) for path, v in small.items()})
+    return with_settings(config, {path: str(value) for path, value in asked.items()})
 
 
 @dataclass

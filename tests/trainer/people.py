@@ -41,7 +41,7 @@ class Person:
     def _work(self) -> None:
         while not self._leaving.is_set():
             if not self.answer_one():
-                time.sleep(0.02)
+                time.sleep(0.1)
 
     def answer_one(self) -> bool:
         """Lease and answer one query; False while there is none."""

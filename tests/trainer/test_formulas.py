@@ -23,7 +23,7 @@ CPU = torch.device("cpu")
 
 
 def reward_model(**changes: float) -> RewardModel:
-    config = LearnedReward(width=8, **changes)  # type: ignore[arg-type]
+    config = LearnedReward(width=8, **changes)
     return RewardModel(config, 3, 2, Randomness(0), CPU)
 
 
@@ -139,7 +139,7 @@ def test_intrinsic_reward_is_divided_but_neither_centred_nor_clipped(transform: 
     points = torch.tensor([[0.0], [2.0], [5.0], [9.0]])
     zeros = torch.zeros(4, 1)
     buffer.add(points, zeros, torch.zeros(4), points, torch.zeros(4))
-    reward = StateEntropyReward(StateEntropy(neighbours=1, transform=transform), buffer)  # type: ignore[arg-type]
+    reward = StateEntropyReward(StateEntropy(neighbours=1, transform=transform), buffer)
     rows = torch.arange(4)
     batch = Batch(rows, points, zeros, torch.zeros(4), points, torch.ones(4))
     distance = np.array([2.0, 2.0, 3.0, 4.0])
@@ -168,7 +168,7 @@ def test_log_std_stays_in_its_range() -> None:
 
 
 def agent(**changes: float) -> SACAgent:
-    config = SAC(width=8, batch_size=8, **changes)  # type: ignore[arg-type]
+    config = SAC(width=8, batch_size=8, **changes)
     return SACAgent(config, 3, 2, 100, Randomness(1), CPU)
 
 
@@ -215,7 +215,7 @@ def test_relabelling_writes_every_valid_row_also_when_the_ring_has_wrapped(
 ) -> None:
     generator = torch.Generator().manual_seed(seed)
     buffer = ReplayBuffer(capacity, 3, 2)
-    buffer.RELABEL_ROWS = 7  # type: ignore[misc]  # several slices even in a small buffer
+    buffer.RELABEL_ROWS = 7  # several slices even in a small buffer
     for _ in range(added):
         row = [torch.randn(1, n, generator=generator) for n in (3, 2, 3)]
         buffer.add(row[0], row[1], torch.full((1,), 99.0), row[2], torch.zeros(1))

@@ -142,7 +142,7 @@ def test_stopped_and_resumed_it_ends_with_the_same_rows_and_weights(lab: Lab, un
     before = RecordedUpkeep.before_step
 
     def stopping(self: RecordedUpkeep, training: Any) -> None:
-        if not next(stops, True) is False:
+        if next(stops, True) is not False:
             with lab.database.write() as session:
                 stop_run(session, RUN)
             self.progress.listen()
@@ -169,7 +169,7 @@ def test_equal_seeds_give_equal_runs_and_other_seeds_others(lab: Lab, undisturbe
 
 
 def people_config(**settings: Any) -> RunConfig:
-    return small_config(feedback__teacher__kind="human", total_steps=1500, **settings)
+    return small_config(feedback__teacher__kind="human", total_steps=1000, feedback__budget=8, **settings)
 
 
 @pytest.mark.parametrize(
@@ -190,8 +190,8 @@ def test_a_run_with_a_person_learns_from_their_answers_and_repeats_exactly(
     with lab.database.read() as session:
         fits, posted = fits_of(session, RUN), session.scalars(select(Query)).all()
         assert all(query.first.clip is not None for query in posted)
-    assert person.given >= 8
-    assert fits[-1].cursor >= 8
+    assert person.given >= 6
+    assert fits[-1].cursor >= 6
     assert fits[-1].preferences > 0
     repeated = replay(lab.database, lab.store, RUN, lambda _steps: None)
     assert repeated.same, repeated.sentence()
@@ -217,7 +217,15 @@ def test_a_run_with_a_person_goes_on_after_a_kill_without_losing_an_answer(lab: 
 
 
 def test_only_skips_end_exploration_never_and_the_history_says_so(lab: Lab) -> None:
-    lab.request(people_config(feedback__pace="block", feedback__budget=4))
+    lab.request(
+        small_config(
+            feedback__teacher__kind="human",
+            feedback__pace="block",
+            feedback__budget=4,
+            feedback__queries_per_session=2,
+            total_steps=500,
+        )
+    )
     with Person(lab.database, RUN, lambda _query: Choice.SKIP):
         assert lab.live() is RunState.FINISHED
     with lab.database.read() as session:

@@ -74,8 +74,9 @@ class Watched:
     complaints: list[str] = field(default_factory=list)
 
     def console(self, message: ConsoleMessage) -> None:
-        # The browser itself logs every 4xx answer; tests that ask for one look at the page instead.
-        if message.type in ("error", "warning") and not message.text.startswith("Failed to load resource"):
+        # The browser itself logs every 4xx and lost connection; tests that bring one about look at the page.
+        expected = any(words in message.text for words in ("Failed to load resource", "Failed to fetch"))
+        if message.type in ("error", "warning") and not expected:
             self.complaints.append(message.text)
 
     def request(self, request: Request) -> None:

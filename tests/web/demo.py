@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from datetime import timedelta
 from uuid import uuid4
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from labels_db.data_folder import DataFolder
@@ -49,6 +50,10 @@ def queued(session: Session, preset: str, settings: Mapping[str, str] | None = N
     return request_run(session, config, title=title or found.title, goal=found.goal, preset=preset)
 
 
+def run_ids(session: Session) -> list[str]:
+    return list(session.scalars(select(Run.id).order_by(Run.created_at)))
+
+
 def started(session: Session, run: Run) -> Claim:
     return claim(session, run, "demo", now=utc_now())
 
@@ -67,8 +72,8 @@ def going(session: Session, held: Claim, **said: object) -> None:
 
 def segment(session: Session, store: ArtifactStore, run_id: str, number: int) -> Segment:
     """A segment with its clip, both in the store first."""
-    speed, key = random.Random(number).uniform(-1.5, 2.5), f"runs/{run_id}/segments/{number}"
-    data, picture = pictures.arrays(), pictures.sheet(speed, phase=number)
+    speed, key = number % 6 / 2 - 1, f"runs/{run_id}/segments/{number}"
+    data, picture = pictures.arrays(), pictures.sheet(speed, phase=number % 6)
     store.write(f"{key}.bin", data)
     made = Segment(
         run_id=run_id,
@@ -149,7 +154,7 @@ def evaluated(session: Session, store: ArtifactStore, held: Claim, steps: range,
     for step in steps:
         key = f"runs/{held.run_id}/videos/{step}.mp4"
         share = step / steps[-1]
-        store.write(key, pictures.video(0.2 + 1.8 * share))
+        store.write(key, pictures.video(0.5 + round(2 * share)))
         record_evaluation(
             session,
             held,
@@ -213,7 +218,7 @@ def _queued(session: Session, _store: ArtifactStore) -> str:
 
 
 def _teaching(session: Session, store: ArtifactStore) -> str:
-    run = queued(session, WINDMILL)
+    run = queued(session, WINDMILL, {"total_steps": "40000"})
     held = started(session, run)
     for index in range(3):
         opened = posted(session, store, held, index=index, count=4 if index < 2 else 6, asked=10)
@@ -262,7 +267,7 @@ def _failed(session: Session, _store: ArtifactStore) -> str:
 
 
 def _finished(session: Session, store: ArtifactStore) -> str:
-    run = queued(session, "cartpole-swingup")
+    run = queued(session, "cartpole-swingup", {"total_steps": "60000"})
     held = started(session, run)
     curves(session, held, 60_000, best=830)
     evaluated(session, store, held, range(5000, 60_001, 11_000), best=830)

@@ -33,10 +33,10 @@ class Hand:
 
         Playwright's own `wait_for_function` calls `eval` there, which the page's policy forbids.
         """
-        for _ in range(round(seconds / 0.025)):
+        for _ in range(round(seconds / 0.05)):
             if self.page.evaluate(holds, arg):
                 return self
-            self.page.wait_for_timeout(25)
+            self.page.wait_for_timeout(50)
         raise AssertionError(f"not within {seconds} s: {holds}")
 
     def wait_for_pair(self, after: int = 0) -> Hand:

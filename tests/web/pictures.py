@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import math
 import struct
@@ -33,6 +34,7 @@ def frames(speed: float, phase: float = 0.0, count: int = FRAMES) -> list[Image.
     return [frame(phase + 2 * math.pi * speed * k / FRAMES, 20 * math.sin(k / 4)) for k in range(count)]
 
 
+@functools.cache
 def sheet(speed: float, phase: float = 0.0) -> bytes:
     """The frames in a grid, as WebP."""
     grid = Image.new("RGB", (COLUMNS * WIDTH, FRAMES // COLUMNS * HEIGHT))
@@ -43,6 +45,7 @@ def sheet(speed: float, phase: float = 0.0) -> bytes:
     return stream.getvalue()
 
 
+@functools.cache
 def video(speed: float) -> bytes:
     """Two seconds as MP4."""
     stream = io.BytesIO()
@@ -50,7 +53,7 @@ def video(speed: float) -> bytes:
         track = container.add_stream("libx264", rate=25, options={"preset": "veryfast"})
         track.width, track.height, track.pix_fmt = WIDTH, HEIGHT, "yuv420p"
         for picture in frames(speed, count=50):
-            container.mux(track.encode(av.VideoFrame.from_image(picture)))
+            container.mux(track.encode(av.VideoFrame.from_image(picture)))  # type: ignore[no-untyped-call]
         container.mux(track.encode())
     return stream.getvalue()
 

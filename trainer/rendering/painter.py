@@ -25,7 +25,7 @@ class Painter:
         self._episode_drawn: int | None = None
         stage.dress(scene.model, width, height, self._framing.distance)
         scene.model.vis.global_.fovy = FIELD_OF_VIEW
-        with stage.endless_floor(scene.model):
+        with stage.coarse_floor(scene.model):
             self._renderer = mujoco.Renderer(scene.model, height, width)
         self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
         self._option = mujoco.MjvOption()
@@ -44,6 +44,7 @@ class Painter:
         centre = self._centre()
         with stage.endless_floor(self._scene.model):
             self._renderer.update_scene(self._scene.data, self._camera(centre), self._option)
+        stage.plain_shadows(self._renderer.scene)
         stage.light(self._renderer.scene, centre, self._framing.distance)
         frame: Frame = self._renderer.render()
         return frame

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -16,7 +17,10 @@ ZENITH: Colour = (0.60, 0.71, 0.83)
 HORIZON: Colour = (0.89, 0.92, 0.95)
 TILES: tuple[Colour, Colour] = ((0.76, 0.79, 0.82), (0.70, 0.735, 0.77))
 BACKDROP: Colour = (0.72, 0.79, 0.86)
-SHADOW_MAP = 1024
+SLICES = 18  # around a limb, in frames 240 pixels high
+SHADOW_TEXELS = 2.2  # per pixel of a frame's height
+SHADOW_REACH = 0.5  # of the camera's distance, on every side of what it looks at: a frame's width, and more
+FAR = 40.0  # times the camera's distance
 KEY_DIRECTION = (0.35, 0.45, -0.82)
 
 MATERIALS: dict[str, Colour] = {
@@ -31,11 +35,14 @@ LEFT_LIMBS: Colour = (0.62, 0.34, 0.17)  # darker, so that one leg can be told f
 def dress(model: Any, width: int, height: int, reach: float) -> None:
     """Give a model its looks for frames of that size, seen from `reach` metres away."""
     model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-    model.vis.quality.offsamples, model.vis.quality.shadowsize = 0, SHADOW_MAP
+    model.vis.quality.offsamples, model.vis.quality.shadowsize = 0, round(SHADOW_TEXELS * height)
+    # Vertices are what software OpenGL spends its time on: no more than keep outlines round at this size.
+    model.vis.quality.numslices = 2 * round(SLICES * math.sqrt(height / 240) / 2)
+    model.vis.quality.numstacks = model.vis.quality.numslices // 2
     # Everything below is in units of the extent, so that one set of numbers serves ants and acrobats.
     model.stat.extent = reach
-    model.vis.map.znear, model.vis.map.zfar = 0.02, 40
-    model.vis.map.shadowclip, model.vis.map.haze = 0.9, 0.5
+    model.vis.map.znear, model.vis.map.zfar = 0.02, FAR
+    model.vis.map.shadowclip, model.vis.map.haze = SHADOW_REACH, 0.5
     model.vis.rgba.haze[:] = (*HORIZON, 1)
     model.vis.rgba.constraint[:] = (0.35, 0.38, 0.42, 1)  # a taut string stays as grey as a slack one
     model.mat_reflectance[:] = 0
@@ -104,11 +111,26 @@ TEXTURES: dict[str, Callable[[int], npt.NDArray[np.uint8]]] = {
 
 
 @contextmanager
+def coarse_floor(model: Any) -> Iterator[None]:
+    """While the OpenGL context is made the floor is vast, of a few large quads; an endless one has 40 000."""
+    half = 1.1 * FAR * float(model.stat.extent)
+    with _floor_size(model, (half, half, half)):
+        yield
+
+
+@contextmanager
 def endless_floor(model: Any) -> Iterator[None]:
-    """While a scene is built the floor has no end; resets read its true size, so it comes back."""
+    """While a scene is built the floor has no end: it goes where the camera goes, and fades into the haze."""
+    with _floor_size(model, (0, 0, 1)):
+        yield
+
+
+@contextmanager
+def _floor_size(model: Any, size: tuple[float, float, float]) -> Iterator[None]:
+    """The floor in that size for a while; resets read its true size, so it comes back."""
     floors = _floors(model)
     sizes = model.geom_size[floors].copy()
-    model.geom_size[floors, :2] = 0
+    model.geom_size[floors] = size
     yield
     model.geom_size[floors] = sizes
 
@@ -116,6 +138,13 @@ def endless_floor(model: Any) -> Iterator[None]:
 def _floors(model: Any) -> list[int]:
     named = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in ("floor", "ground")]
     return [geom for geom in named if geom >= 0 and model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE]
+
+
+def plain_shadows(scene: Any) -> None:
+    """Planes cast no shadow: seen from the key light one would fill the whole map."""
+    for geom in scene.geoms[: scene.ngeom]:
+        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
+            geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
 def light(scene: Any, centre: npt.NDArray[np.float64], reach: float) -> None:

@@ -9,9 +9,11 @@ const EMPTY_MS = 500;
 const SHORT_MS = 2000;
 const RENEW_MS = 20_000;
 const HIDDEN_MS = 3000;
+const CALM_MS = 2000;
 const OVER_MS = 5000;
 const UNREACHED_MS = 2000;
-const OVER = new Set(["finished", "archived", "scripted", "failed", "stopped"]);
+const CALM = new Set(["queued", "starting", "interrupted", "paused", "silent"]);
+const OVER = new Set(["answered", "finished", "archived", "scripted", "failed", "stopped"]);
 
 /** Fires `state` {queue}, `refused` {error}, `unreached` {signedOut}. */
 export class Keeper extends EventTarget {
@@ -19,6 +21,7 @@ export class Keeper extends EventTarget {
   #busy = false;
   #again = false;
   #away = false;
+  #nothing = false;
   #wait = EMPTY_MS;
 
   /** @param {{api: import("./api.js").Api, queue: import("./queue.js").PairQueue, outbox: import("./outbox.js").Outbox}} parts */
@@ -63,7 +66,8 @@ export class Keeper extends EventTarget {
 
   async #ask() {
     try {
-      document.hidden ? await this.#look() : await this.#lease();
+      const only = document.hidden || this.#nothing;
+      await (only ? this.#look() : this.#lease());
     } catch (error) {
       const detail = error instanceof Refusal ? { error } : { signedOut: error instanceof SignedOut };
       this.#wait = error instanceof Refusal ? OVER_MS : UNREACHED_MS;
@@ -78,20 +82,25 @@ export class Keeper extends EventTarget {
     this.heard(await this.api.lease(this.wanted), { keepHead });
   }
 
-  /** While nobody looks nothing is leased: others may want it. */
+  /** Nothing is leased while there is nothing, nor while nobody looks: others may want it. */
   async #look() {
-    this.#said(await this.api.queue());
+    const state = await this.api.queue();
+    if (state.available && !document.hidden) await this.#lease();
+    else this.#said(state);
   }
 
   #said(state) {
+    this.#nothing = state.available === 0;
     this.#wait = this.#interval(state);
     this.dispatchEvent(new CustomEvent("state", { detail: state }));
   }
 
   #interval(state) {
     if (document.hidden) return HIDDEN_MS;
-    if (!this.queue.length) return OVER.has(state.message?.kind) ? OVER_MS : EMPTY_MS;
-    return this.queue.length < AHEAD ? SHORT_MS : RENEW_MS;
+    if (this.queue.length) return this.queue.length < AHEAD ? SHORT_MS : RENEW_MS;
+    const kind = state.message?.kind;
+    if (OVER.has(kind)) return OVER_MS;
+    return CALM.has(kind) ? CALM_MS : EMPTY_MS;
   }
 
   #visibility() {

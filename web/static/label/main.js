@@ -1,6 +1,7 @@
 // The labelling page: puts its parts together and lets them act on each other.
 
 import { Api, Refusal } from "./api.js";
+import { onClick, speedSwitch } from "./buttons.js";
 import { Fragment } from "./fragments.js";
 import { keysDialog } from "./help.js";
 import { History } from "./history.js";
@@ -16,7 +17,7 @@ import { PairQueue } from "./queue.js";
 import { arrivalSound } from "./sound.js";
 import { Kept } from "./storage.js";
 import { badge } from "./title.js";
-import { View } from "./view.js";
+import { unreachedSentence, View } from "./view.js";
 
 const SAID = { left: "Left preferred", right: "Right preferred", equal: "Equal", skip: "Cannot tell" };
 
@@ -65,8 +66,10 @@ function showHead() {
     return;
   }
   player.clear();
-  if (head || !state?.message) view.showWait();
-  else showReason(state.message);
+  if (head) view.showWait();
+  else if (!reached || outbox.failures) view.showEmpty("unreached", unreachedSentence(outbox.items.length));
+  else if (state?.message) showReason(state.message);
+  else view.showWait();
 }
 
 function showReason({ kind, sentence }) {
@@ -102,6 +105,7 @@ queue.addEventListener("broken", ({ detail }) => view.say(`A pair was passed ove
 outbox.addEventListener("change", () => {
   view.setSaved(outbox.items.length, { failing: outbox.failures > 0, signedOut: outbox.signedOut });
   showProgress();
+  if (outbox.failures && !queue.length) showHead();
 });
 outbox.addEventListener("sent", ({ detail: { item, reply } }) => {
   if (item.kind === "retract" && reply.lease) labelling.resolve(item.id, reply.lease.lease_id);
@@ -132,6 +136,7 @@ keeper.addEventListener("refused", ({ detail }) => {
 keeper.addEventListener("unreached", ({ detail }) => {
   reached = false;
   if (outbox.items.length === 0) view.setUnreached(detail.signedOut);
+  if (!queue.length) showHead();
 });
 
 const act = {
@@ -142,31 +147,12 @@ const act = {
   help: keysDialog(one("[data-keys]"), document.querySelectorAll("[data-open-keys]")),
 };
 
-/** A button that was clicked gives the focus back, or Space would press it again instead of replaying. */
-function onClick(button, action) {
-  button.addEventListener("click", (event) => {
-    if (event.detail > 0) button.blur();
-    action(event);
-  });
-}
-
 listenToKeys(act);
 for (const button of view.answers) onClick(button, (event) => act.press(button.dataset.press, event.timeStamp));
 onClick(view.undo, act.undo);
 onClick(one("[data-replay]"), act.replay);
 
-const rate = new Kept(localStorage, "pebble:rate", 1);
-const speed = one("[data-speed]");
-function showRate() {
-  player.setRate(rate.get());
-  speed.textContent = rate.get() === 1 ? "1×" : "½×";
-  speed.setAttribute("aria-label", `Speed ${speed.textContent}`);
-}
-onClick(speed, () => {
-  rate.set(rate.get() === 1 ? 0.5 : 1);
-  showRate();
-});
-showRate();
+speedSwitch(one("[data-speed]"), new Kept(localStorage, "pebble:rate", 1), (rate) => player.setRate(rate));
 
 labellerForm(one("[data-labeller]"), {
   say: (text) => view.say(text),
@@ -185,6 +171,7 @@ if (document.hidden) player.pause();
 
 queue.exclude(outbox.items.map((item) => item.lease_id).filter((id) => id != null));
 view.showWait();
+if (outbox.items.length) view.beginSaving();
 view.setUndo(history.length > 0);
 outbox.drain();
 keeper.poke();

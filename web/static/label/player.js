@@ -73,15 +73,16 @@ export class Player {
     const { duration, times } = this.pair.left;
     const elapsed = (Math.max(0, now - this.#start) / 1000) * this.rate;
     const seconds = Math.min(elapsed % (duration + HOLD_SECONDS), duration);
-    this.#draw(frameAt(times, seconds));
-    this.position.style.transform = `scaleX(${seconds / duration})`;
+    this.#draw(frameAt(times, seconds), seconds / duration);
     this.#run();
   }
 
-  #draw(frame) {
+  /** Only a new frame changes anything on the page: the training may need the processor more. */
+  #draw(frame, share) {
     if (frame === this.#drawn) return;
     this.#drawn = frame;
     for (const side of ["left", "right"]) drawFrame(this.canvases[side], this.pair.sheets[side], this.pair[side], frame);
+    this.position.style.transform = `scaleX(${frame + 1 === this.pair.left.frames ? 1 : share})`;
     this.#onFirstFrame?.();
     this.#onFirstFrame = null;
   }

@@ -2,6 +2,7 @@
 
 export class Kept {
   #memory;
+  #works = true;
 
   /** @param {Storage} storage @param {string} key @param {any} initial */
   constructor(storage, key, initial) {
@@ -13,7 +14,7 @@ export class Kept {
   get() {
     try {
       const text = this.storage.getItem(this.key);
-      return text === null ? this.#memory : JSON.parse(text);
+      return text === null || !this.#works ? this.#memory : JSON.parse(text);
     } catch {
       return this.#memory;
     }
@@ -23,8 +24,9 @@ export class Kept {
     this.#memory = value;
     try {
       this.storage.setItem(this.key, JSON.stringify(value));
+      this.#works = true;
     } catch {
-      // Full or forbidden: the copy in memory serves as long as the page lives.
+      this.#works = false; // full or forbidden: the copy in memory serves as long as the page lives
     }
   }
 }

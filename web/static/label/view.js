@@ -97,6 +97,12 @@ export class View {
 
 const SIGNED_OUT = "Signed out: open the link with the token again. Your answers are kept here.";
 
+/** Why there is no pair while the server is away. */
+export function unreachedSentence(count) {
+  const kept = count === 1 ? "Your last answer is" : `Your last ${count} answers are`;
+  return `Pebble does not answer.${count ? ` ${kept} kept here.` : ""} This page goes on when it is back.`;
+}
+
 function unsent(count, signedOut) {
   if (signedOut) return SIGNED_OUT;
   return count === 1 ? "1 answer not sent yet, retrying" : `${count} answers not sent yet, retrying`;

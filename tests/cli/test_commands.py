@@ -1,0 +1,124 @@
+"""The `pebble` command as a person types it, in processes of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.trainer.conftest import SMALL
+
+
+def pebble(
+    *arguments: str, data: Path | None = None, timeout: float = 120
+) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PEBBLE_DATA": str(data or "/nonexistent")}
+    return subprocess.run(
+        [sys.executable, "-m", "cli", *arguments],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=timeout,
+        check=False,
+    )
+
+
+SETTINGS = [
+    f"--set={path}={value}" for path, value in SMALL.items() if path not in ("total_steps", "feedback.budget")
+]
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, object]]:
+    data = tmp_path_factory.mktemp("cli")
+    done = pebble(
+        "train", "cartpole-windmill-clockwise", "--teacher", "oracle", "--labels", "8", "--steps", "700",
+        "--seed", "3", "--json", *SETTINGS, data=data,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return data, json.loads(done.stdout.splitlines()[-1])
+
+
+def test_train_ends_with_one_line_of_json(trained: tuple[Path, dict[str, object]]) -> None:
+    _, result = trained
+    assert (result["state"], result["steps"], result["answers"]) == ("finished", 700, 8)
+    assert isinstance(result["return"], float)
+
+
+def test_evaluate_export_replay_and_list(trained: tuple[Path, dict[str, object]], tmp_path: Path) -> None:
+    data, result = trained
+    run = str(result["run"])
+    evaluated = pebble("evaluate", run, "--episodes", "1", "--json", data=data)
+    assert json.loads(evaluated.stdout)["environment"] == "behaviour:cartpole-windmill-clockwise"
+    exported = pebble("export-policy", run, str(tmp_path / "p.safetensors"), data=data)
+    assert exported.returncode == 0, exported.stderr
+    assert (tmp_path / "p.json").exists()
+    replayed = pebble("replay", run, "--json", data=data)
+    assert json.loads(replayed.stdout)["same"] is True, replayed.stdout
+    assert replayed.returncode == 0
+    listed = json.loads(pebble("runs", "--json", data=data).stdout)
+    assert [row["run"] for row in listed] == [run]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["train", "windmil"], "preset 'windmil': unknown; one of cartpole-windmill"),
+        (["train", "walker-walk", "--profile", "phone"], "profile 'phone': walker-walk has laptop, paper"),
+        (
+            ["train", "walker-walk", "--teacher", "oracel"],
+            "--teacher: 'oracel' is unknown; one of human, oracle",
+        ),
+        (["train", "walker-walk", "--set", "agent.widht=3"], "did you mean width?"),
+        (["train", "walker-walk", "--set", "agent.width"], "must be PATH=VALUE"),
+        (["train", "walker-walk", "--set", "agent.width=1"], "--set agent.width: must be at least 8, not '1'"),
+        (["evaluate", "nobody"], "run 'nobody': not in this database"),
+        (["label", "nobody", "--teacher", "oracel"], "--teacher 'oracel': unknown; one of oracle"),
+        (["label", "nobody", "--url", "http://127.0.0.1:9"], "no server answers there"),
+        (["healthy"], "no supervisor looks after it"),
+    ],
+)
+def test_wrong_input_names_the_thing_the_value_and_the_way_out(
+    arguments: list[str], complaint: str, tmp_path: Path
+) -> None:
+    done = pebble(*arguments, data=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert complaint in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_presets_and_version() -> None:
+    names = [row["name"] for row in json.loads(pebble("presets", "--json").stdout)]
+    assert names == [
+        "cartpole-windmill-clockwise",
+        "cartpole-windmill-counter-clockwise",
+        "cartpole-swingup",
+        "walker-walk",
+    ]
+    assert pebble("--version").stdout.startswith("pebble ")
+
+
+def test_doctor_finds_this_machine_well(tmp_path: Path) -> None:
+    done = pebble("doctor", data=tmp_path)
+    assert done.returncode == 0, done.stdout
+    assert "drew a frame with" in done.stdout
+
+
+def test_ctrl_c_stops_a_run_with_a_checkpoint(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "cli", "train", "cartpole-windmill-clockwise", "--teacher", "oracle"]
+    command += ["--json", "--data", str(tmp_path), *SETTINGS, "--steps", "100000"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    ends = time.monotonic() + 90
+    while not list((tmp_path / "artifacts").glob("runs/*/checkpoints/*.json")):
+        assert time.monotonic() < ends
+        time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    assert json.loads(output.splitlines()[-1])["state"] == "stopped"

@@ -1,0 +1,71 @@
+"""A trained policy leaves in formats that others can roll out without this program."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors.numpy import load_file
+
+from labels_db.run_config import RunConfig
+from tests.trainer.conftest import RUN, Lab, small_config
+from trainer.checkpoints import CheckpointError
+from trainer.export import ExportError, export_policy
+from trainer.networks import Actor
+from trainer.policy import TrainedPolicy, load_policy
+
+
+@pytest.fixture
+def policy() -> TrainedPolicy:
+    config: RunConfig = small_config()
+    actor = Actor(5, 1, config.agent.width, config.agent.depth, torch.Generator().manual_seed(4))
+    return TrainedPolicy(config, 900, actor)
+
+
+OBSERVATIONS = np.random.default_rng(0).normal(size=(7, 5)).astype(np.float32)
+
+
+def test_onnx_gives_the_same_actions_for_any_number_of_observations(
+    policy: TrainedPolicy, tmp_path: Path
+) -> None:
+    import onnx
+    import onnxruntime
+
+    path = tmp_path / "policy.onnx"
+    export_policy(policy, path)
+    session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+    for count in (1, 7):
+        (actions,) = session.run(["action"], {"observation": OBSERVATIONS[:count]})
+        np.testing.assert_allclose(actions, policy(OBSERVATIONS[:count]), atol=1e-6)
+    told = {entry.key: json.loads(entry.value) for entry in onnx.load(path).metadata_props}
+    assert told["environment"] == "behaviour:cartpole-windmill-clockwise"
+    assert told["seconds_per_action"] == pytest.approx(0.08)
+
+
+def test_safetensors_with_its_layout_can_be_rolled_out_by_hand(policy: TrainedPolicy, tmp_path: Path) -> None:
+    export_policy(policy, tmp_path / "policy.safetensors")
+    arrays, layout = (
+        load_file(tmp_path / "policy.safetensors"),
+        json.loads((tmp_path / "policy.json").read_text()),
+    )
+    x = OBSERVATIONS
+    for layer in layout["layers"]:
+        x = x @ arrays[layer["weight"]] + arrays[layer["bias"]]
+        x = np.maximum(x, 0) if layer["activation"] == "relu" else np.tanh(x)
+    np.testing.assert_allclose(x, policy(OBSERVATIONS), atol=1e-6)
+
+
+def test_a_wrong_file_name_says_what_would_be_right(policy: TrainedPolicy, tmp_path: Path) -> None:
+    with pytest.raises(ExportError, match=r"unknown format '\.pt'; one of \.onnx, \.safetensors"):
+        export_policy(policy, tmp_path / "policy.pt")
+    with pytest.raises(ExportError, match="no such folder"):
+        export_policy(policy, tmp_path / "nowhere" / "policy.onnx")
+
+
+def test_a_run_without_checkpoint_has_no_policy_yet(lab: Lab) -> None:
+    lab.request(small_config())
+    with pytest.raises(CheckpointError, match="no checkpoint yet"):
+        load_policy(lab.database, lab.store, RUN)

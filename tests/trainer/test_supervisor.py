@@ -1,0 +1,147 @@
+"""The supervisor with real processes: claims, deaths, shutdown, commands."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import pytest
+
+from labels_db import commands
+from labels_db.data_folder import DataFolder
+from labels_db.models import Command, RunState
+from labels_db.runs import Claim, get_run, queue_positions
+from tests.trainer.conftest import RUN, Lab, small_config
+from trainer.launcher import Handle, LocalLauncher
+from trainer.supervisor import Supervisor
+
+
+@dataclass
+class ScriptLauncher:
+    """Launches a Python one-liner instead of a trainer."""
+
+    data: DataFolder
+    script: str
+    claims: list[Claim] = field(default_factory=list)
+
+    def launch(self, claim: Claim) -> Handle:
+        self.claims.append(claim)
+        log = self.data.log_path(claim.run_id)
+        log.parent.mkdir(exist_ok=True)
+        with log.open("ab") as output:
+            return subprocess.Popen([sys.executable, "-c", self.script], stdout=output, stderr=output)
+
+
+SLEEPS = "import time; time.sleep(60)"
+
+
+def until(condition: Callable[[], bool], seconds: float = 120) -> None:
+    ends = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < ends, "waited in vain"
+        time.sleep(0.1)
+
+
+def state(lab: Lab, run_id: str = RUN) -> RunState:
+    with lab.database.read() as session:
+        return get_run(session, run_id).state
+
+
+def test_a_process_that_keeps_dying_fails_the_run_with_the_end_of_its_log(lab: Lab) -> None:
+    lab.request(small_config())
+    launcher = ScriptLauncher(lab.data, "print('the last words'); raise SystemExit(3)")
+    supervisor = Supervisor(lab.data, lab.database, launcher)
+
+    def fails() -> bool:
+        supervisor.look()
+        return state(lab) is RunState.FAILED
+
+    until(fails)
+    assert len(launcher.claims) == 3
+    with lab.database.read() as session:
+        error = get_run(session, RUN).error or ""
+    assert "3 attempts in a row made no progress" in error
+    assert "ended with status 3" in error
+    assert "the last words" in error
+
+
+def test_one_run_at_a_time_and_no_run_twice(lab: Lab) -> None:
+    for name in ("a", "b", "c"):
+        lab.request(small_config(), name)
+    launcher = ScriptLauncher(lab.data, SLEEPS)
+    supervisors = [Supervisor(lab.data, lab.database, launcher, max_parallel=2) for _ in range(2)]
+    threads = [threading.Thread(target=supervisor.look) for supervisor in supervisors]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    try:
+        assert sorted(claim.run_id for claim in launcher.claims) == ["a", "b"]
+        with lab.database.read() as session:
+            assert queue_positions(session) == {"c": 1}
+    finally:
+        for supervisor in supervisors:
+            supervisor.end_children()
+
+
+@pytest.fixture
+def watched(lab: Lab) -> Supervisor:
+    return Supervisor(lab.data, lab.database, LocalLauncher(lab.data), max_parallel=1)
+
+
+def test_a_killed_run_goes_on_and_finishes_then_its_commands_are_done(lab: Lab, watched: Supervisor) -> None:
+    lab.request(small_config(total_steps=5000, feedback__steps_between=2000))
+    watched.look()
+    (claim, child), *_ = watched.children.items()
+    assert isinstance(child, subprocess.Popen)
+
+    def has_checkpoint() -> bool:
+        with lab.database.read() as session:
+            return get_run(session, RUN).fruitless_attempts == 0
+
+    until(has_checkpoint)
+    os.kill(child.pid, signal.SIGKILL)
+    until(lambda: watched.look() or claim not in watched.children)  # type: ignore[func-returns-value]
+    with lab.database.read() as session:
+        assert get_run(session, RUN).attempt == 2
+
+    def finished() -> bool:
+        watched.look()
+        return state(lab) is RunState.FINISHED
+
+    until(finished)
+    log = lab.data.log_path(RUN).read_text()
+    assert "--- attempt 1 of tiny ---" in log
+    assert "--- attempt 2 of tiny ---" in log
+    with lab.database.write() as session:
+        asked = commands.ask(session, RUN, "evaluate", asked_by="test", episodes=2).id
+
+    def answered() -> bool:
+        watched.look()
+        with lab.database.read() as session:
+            return session.get_one(Command, asked).done_at is not None
+
+    until(answered)
+    with lab.database.read() as session:
+        result = session.get_one(Command, asked).result
+    assert result is not None
+    assert len(result["returns"]) == 2
+    assert "turns" in result["measures"]
+
+
+def test_a_shutdown_leaves_runs_queued_with_a_checkpoint(lab: Lab, watched: Supervisor) -> None:
+    lab.request(small_config(total_steps=100_000))
+    watched.look()
+    until(lambda: state(lab) is RunState.RUNNING)
+    watched.end_children()
+    with lab.database.read() as session:
+        run = get_run(session, RUN)
+        assert run.state is RunState.QUEUED
+        assert run.fruitless_attempts == 0
+        assert run.step > 0
