@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 
 import structlog
 import typer
@@ -21,7 +22,8 @@ def serve_pages(data: DataFolder, host: str, port: int, names: list[str]) -> Non
     """Serve until a signal ends it, saying where as soon as connections are taken."""
     from server.serve import serve
 
-    serve(data, host=host, port=port, hosts=names, ready=_announce)
+    with suppress(KeyboardInterrupt):  # uvicorn has shut down in order, then says how it was asked to
+        serve(data, host=host, port=port, hosts=names, ready=_announce)
 
 
 def _announce(url: str) -> None:

@@ -120,8 +120,11 @@ class Progress:
 
     def beat(self) -> Desired:
         """Record a sign of life with the present status."""
+        report = self._report()
+        if report.steps_per_second is not None and report.state is RunState.RUNNING:
+            self.metrics(report.step, {"steps_per_second": report.steps_per_second})
         with self.database.write() as session:
-            return beat(session, self.claim, self._report(), now=utc_now())
+            return beat(session, self.claim, report, now=utc_now())
 
     def _report(self) -> Report:
         status = self.status

@@ -50,7 +50,7 @@ def answer_all(session: Session, name: str, teacher: ScriptedTeacher, queries: S
     """
     labeller = labeller_named(session, name, LabellerKind.SCRIPTED)
     now = utc_now()
-    for query in queries:
+    for query in queries:  # unanswered ones: what an earlier attempt posted it has answered as well
         choice = teacher(query.first.true_return, query.second.true_return)
         lease = lend(session, query.id, labeller.id, now, swapped=False)
         session.flush()

@@ -51,7 +51,11 @@ def rows(lab: Lab) -> dict[str, list[Any]]:
                 for f in session.scalars(select(Fit))
             ],
             "scores": [(s.query_id, s.probability) for s in session.scalars(select(QueryScore))],
-            "metrics": [(m.name, m.step, m.value) for m in session.scalars(select(Metric))],
+            "metrics": [
+                (m.name, m.step, m.value)
+                for m in session.scalars(select(Metric))
+                if m.name != "steps_per_second"
+            ],
             "evaluations": [(e.step, e.returns) for e in evaluations_of(session, RUN)],
         }
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -50,9 +49,7 @@ class LiveServer:
 
 
 @pytest.fixture
-def live_server(tmp_path: Path) -> Iterator[LiveServer]:
-    data = DataFolder(tmp_path / "data")
-    database = data.open_database()
+def live_server(data: DataFolder, database: Database) -> Iterator[LiveServer]:
     listener = listen("127.0.0.1", 0)
     server = uvicorn.Server(uvicorn.Config(create_app(data), log_level="warning", access_log=False))
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
@@ -63,7 +60,6 @@ def live_server(tmp_path: Path) -> Iterator[LiveServer]:
         server.should_exit = True
         thread.join(timeout=10)
         listener.close()
-        database.close()
 
 
 @dataclass
@@ -96,3 +92,14 @@ def page(context: BrowserContext, live_server: LiveServer) -> Iterator[Page]:
     yield page
     page.close()
     assert watched.complaints == []
+
+
+@pytest.fixture
+def page_alone(context: BrowserContext) -> Iterator[Page]:
+    """A page of its own, for tests that start a whole installation; it must not misbehave either."""
+    complaints: list[str] = []
+    context.on("weberror", lambda error: complaints.append(str(error.error)))
+    page = context.new_page()
+    yield page
+    page.close()
+    assert complaints == []

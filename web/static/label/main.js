@@ -62,7 +62,7 @@ function showHead() {
   const head = queue.head;
   if (head?.ready) {
     if (head !== player.pair) labelling.show(head);
-    view.showPair();
+    view.showPair(head.queryId);
     return;
   }
   player.clear();

@@ -89,6 +89,7 @@ export class Player {
 }
 
 function fit(canvas, clip) {
+  canvas.dataset.clip = clip.url;
   if (canvas.width !== clip.width) canvas.width = clip.width;
   if (canvas.height !== clip.height) canvas.height = clip.height;
   canvas.parentElement.parentElement.style.setProperty("--shape", `${clip.width / clip.height}`);

@@ -24,8 +24,9 @@ export class View {
     this.answers = [...document.querySelectorAll("button[data-press]")];
   }
 
-  /** A pair is on screen. */
-  showPair() {
+  /** A pair is on screen: that query. */
+  showPair(queryId) {
+    this.stage.dataset.query = String(queryId);
     this.#mode("pair");
   }
 
