@@ -75,7 +75,9 @@ def rows(config: Config, prefix: str) -> Iterator[str]:
 
 def sections() -> Iterator[str]:
     head = "| setting | default | allowed | meaning |\n|---|---|---|---|"
-    yield "## The run\n\n" + "\n".join([head, *[r for r in rows(RunConfig(), "") if "." not in r.split("`")[1]]])
+    yield "## The run\n\n" + "\n".join(
+        [head, *[r for r in rows(RunConfig(), "") if "." not in r.split("`")[1]]]
+    )
     for name, info in RunConfig.model_fields.items():
         variants = variants_of(info.annotation)
         if variants:

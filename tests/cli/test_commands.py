@@ -77,7 +77,10 @@ def test_evaluate_export_replay_and_list(trained: tuple[Path, dict[str, object]]
         ),
         (["train", "walker-walk", "--set", "agent.widht=3"], "did you mean width?"),
         (["train", "walker-walk", "--set", "agent.width"], "must be PATH=VALUE"),
-        (["train", "walker-walk", "--set", "agent.width=1"], "--set agent.width: must be at least 8, not '1'"),
+        (
+            ["train", "walker-walk", "--set", "agent.width=1"],
+            "--set agent.width: must be at least 8, not '1'",
+        ),
         (["evaluate", "nobody"], "run 'nobody': not in this database"),
         (["label", "nobody", "--teacher", "oracel"], "--teacher 'oracel': unknown; one of oracle"),
         (["label", "nobody", "--url", "http://127.0.0.1:9"], "no server answers there"),

@@ -44,7 +44,7 @@ class Painter:
         centre = self._centre()
         with stage.endless_floor(self._scene.model):
             self._renderer.update_scene(self._scene.data, self._camera(centre), self._option)
-        stage.plain_shadows(self._renderer.scene)
+        stage.settle_ground(self._scene.model, self._renderer.scene)
         stage.light(self._renderer.scene, centre, self._framing.distance)
         frame: Frame = self._renderer.render()
         return frame

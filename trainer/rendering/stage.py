@@ -21,6 +21,7 @@ SLICES = 18  # around a limb, in frames 240 pixels high
 SHADOW_TEXELS = 2.2  # per pixel of a frame's height
 SHADOW_REACH = 0.5  # of the camera's distance, on every side of what it looks at: a frame's width, and more
 FAR = 40.0  # times the camera's distance
+GROUND = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 KEY_DIRECTION = (0.35, 0.45, -0.82)
 
 MATERIALS: dict[str, Colour] = {
@@ -112,8 +113,8 @@ TEXTURES: dict[str, Callable[[int], npt.NDArray[np.uint8]]] = {
 
 @contextmanager
 def coarse_floor(model: Any) -> Iterator[None]:
-    """While the OpenGL context is made the floor is vast, of a few large quads; an endless one has 40 000."""
-    half = 1.1 * FAR * float(model.stat.extent)
+    """While the OpenGL context is made the floor is vast, of few large quads; an endless one has 40 000."""
+    half = _vast(model)
     with _floor_size(model, (half, half, half)):
         yield
 
@@ -135,16 +136,23 @@ def _floor_size(model: Any, size: tuple[float, float, float]) -> Iterator[None]:
     model.geom_size[floors] = sizes
 
 
+def _vast(model: Any) -> float:
+    """Half a side of a floor that reaches beyond what the camera sees, even so that tiles meet in its middle."""
+    return 2.0 * math.ceil(0.55 * FAR * float(model.stat.extent))
+
+
 def _floors(model: Any) -> list[int]:
     named = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in ("floor", "ground")]
     return [geom for geom in named if geom >= 0 and model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE]
 
 
-def plain_shadows(scene: Any) -> None:
-    """Planes cast no shadow: seen from the key light one would fill the whole map."""
+def settle_ground(model: Any, scene: Any) -> None:
+    """Ground casts no shadow, for it would fill the shadow map; the floor keeps its tiles."""
     for geom in scene.geoms[: scene.ngeom]:
-        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
+        if geom.type in GROUND:
             geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE and geom.size[0] == 0:
+            geom.texrepeat *= _vast(model)  # the texture was laid out for a floor of that size
 
 
 def light(scene: Any, centre: npt.NDArray[np.float64], reach: float) -> None:
