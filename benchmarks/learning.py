@@ -1,6 +1,7 @@
 """What the presets learn: `python -m benchmarks.learning windmill|swingup`, results in benchmarks/results/.
 
-Each run is the command a user would type, with one thread; two run at a time on two cores.
+Each run is the command a user would type, with one thread; two run at a time on two cores. Runs that the
+data folder holds already, finished and of the same configuration, are not lived again.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import json
 import platform
 import subprocess
 import sys
-import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
@@ -18,8 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+from sqlalchemy import select
 
+from cli.train import chosen_config
 from labels_db.data_folder import DataFolder
+from labels_db.models import Run, RunState
 from labels_db.records import evaluations_of, fits_of
 
 RESULTS = Path(__file__).parent / "results"
@@ -31,7 +34,7 @@ WINDMILL = [
     ["cartpole-windmill-counter-clockwise", "--teacher", "oracle", "--labels", "50", "--seed", str(seed)]
     for seed in (1, 2, 3)
 ]
-TRUE_REWARD = ["--set", "reward.kind=true", "--set", "feedback.kind=none"]
+TRUE_REWARD = ["--set=reward.kind=true", "--set=feedback.kind=none", "--set=exploration.kind=random"]
 SWINGUP = [
     ["cartpole-swingup", "--seed", str(seed), *extra]
     for seed in (1, 2, 3)
@@ -41,20 +44,43 @@ EXPERIMENTS = {"windmill": WINDMILL, "swingup": SWINGUP}
 
 
 def live(arguments: Sequence[str], data: Path) -> dict[str, Any]:
-    """One run by the command line; its result, curve and wall time."""
-    command = [sys.executable, "-m", "cli", "train", *arguments, "--json", "--data", str(data)]
-    began = time.monotonic()
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(f"{' '.join(arguments)}: {done.stderr}")
-    result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    minutes = (time.monotonic() - began) / 60
-    return {
-        "command": "pebble train " + " ".join(arguments),
-        **result,
-        "minutes": minutes,
-        **curve(data, result["run"]),
-    }
+    """One run by the command line, unless there is one; its result and curve, from the record."""
+    found = finished_run(arguments, data)
+    if found is None:
+        command = [sys.executable, "-m", "cli", "train", *arguments, "--json", "--data", str(data)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise RuntimeError(f"{' '.join(arguments)}: {done.stderr}")
+        found = finished_run(arguments, data)
+    assert found is not None
+    assert found.ended_at is not None
+    minutes = (found.ended_at - found.created_at).total_seconds() / 60
+    return {"command": "pebble train " + " ".join(arguments), "minutes": minutes, **curve(data, found.id)}
+
+
+def finished_run(arguments: Sequence[str], data: Path) -> Run | None:
+    """The run of that configuration, if the folder holds it."""
+    given = parser_of_train().parse_args(list(arguments))
+    config = chosen_config(
+        given.preset,
+        None,
+        {"feedback.teacher.kind": given.teacher, "feedback.budget": given.labels, "seed": given.seed},
+        given.set,
+    )
+    database = DataFolder(data).open_database()
+    with database.read() as session:
+        runs = session.scalars(select(Run).where(Run.state == RunState.FINISHED)).all()
+    database.close()
+    return next((run for run in runs if run.config == config.model_dump(mode="json")), None)
+
+
+def parser_of_train() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("preset")
+    for option in ("--teacher", "--labels", "--seed"):
+        parser.add_argument(option)
+    parser.add_argument("--set", action="append", default=[])
+    return parser
 
 
 def curve(data: Path, run_id: str) -> dict[str, Any]:
@@ -114,7 +140,7 @@ def main() -> None:
     path.write_text(json.dumps({"machine": machine(), "runs": rows}, indent=1) + "\n", encoding="utf-8")
     plot(chosen.experiment, rows, {"windmill": "turns", "swingup": "return"}[chosen.experiment])
     for row in rows:
-        print(f"{row['command']}: return {row['return']:.1f} {row['measures']} in {row['minutes']:.1f} min")
+        print(f"{row['command']}: {row['evaluations'][-1]} in {row['minutes']:.1f} min")
 
 
 if __name__ == "__main__":

@@ -16,10 +16,10 @@ from urllib.request import HTTPCookieProcessor, Request, build_opener
 import typer
 
 from cli.errors import UsageError
+from labels_db.answers import pressed_for
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import Lease
-from labels_db.queries import pressed_for
 from server.token import access_token
 from trainer.teachers import ScriptedTeacher, scripted_teacher_named
 

@@ -1,12 +1,15 @@
-"""Where the record says a clip or a video lies."""
+"""Where the record says a clip, a video or an exported policy lies."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from labels_db.errors import NotFoundError
-from labels_db.models import Clip, EvaluationResult
+from labels_db.models import Clip, Command, EvaluationResult
 
 
 def clip_of(session: Session, segment_id: int) -> Clip:
@@ -26,3 +29,27 @@ def video_of(session: Session, run_id: str, step: int) -> str:
     if key is None:
         raise NotFoundError(f"video of run {run_id!r} at step {step}: there is none")
     return key
+
+
+@dataclass(frozen=True)
+class Export:
+    """An exported policy in the store."""
+
+    key: str
+    checksum: str
+
+    @property
+    def name(self) -> str:
+        """What to call the file: the last part of its key, so letters, digits, dots and dashes only."""
+        return PurePosixPath(self.key).name
+
+
+def export_of(session: Session, run_id: str, command_id: int) -> Export:
+    """What that command of the run exported."""
+    command = session.get(Command, command_id)
+    result = None if command is None or command.run_id != run_id else command.result
+    if result is None or "artifact" not in result:
+        raise NotFoundError(
+            f"export {command_id} of run {run_id!r}: there is none; the run's page lists them"
+        )
+    return Export(result["artifact"], result["sha256"])

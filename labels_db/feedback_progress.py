@@ -8,8 +8,8 @@ from sqlalchemy import ColumnElement, func, select
 from sqlalchemy.orm import Session
 
 from labels_db.models import Answer, Choice, Desired, FeedbackSession, Query, QueryState, Run
-from labels_db.queries import standing
 from labels_db.runs import config_of, get_run
+from labels_db.standing import standing
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from labels_db.models import (
     QueryState,
     Segment,
 )
-from labels_db.queries import standing
+from labels_db.standing import standing
 
 
 def events_of(session: Session, run_id: str, *, limit: int) -> Sequence[Event]:

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session, joinedload
 
 from labels_db.errors import ConflictError
 from labels_db.feedback_progress import FeedbackProgress, feedback_progress
+from labels_db.leases import available_queries, held_leases, labeller_named
 from labels_db.models import (
     Answer,
     EvaluationResult,
@@ -24,8 +25,8 @@ from labels_db.models import (
     RunState,
     Segment,
 )
-from labels_db.queries import available_queries, held_leases, labeller_named, standing
 from labels_db.runs import config_of, get_run, queue_positions
+from labels_db.standing import standing
 
 NOBODY = 0
 """Labeller id of somebody who has not answered anything yet: no row has it."""

@@ -37,6 +37,9 @@ class RunState(StrEnum):
 ALIVE = (RunState.STARTING, RunState.RUNNING, RunState.WAITING, RunState.PAUSED)
 """States in which an attempt owns the run."""
 
+ENDED = (RunState.FINISHED, RunState.FAILED, RunState.STOPPED)
+"""States that the run leaves only when somebody asks for it."""
+
 
 class Desired(StrEnum):
     """What people want of a run; its trainer obeys."""

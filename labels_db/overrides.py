@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from itertools import pairwise
 from typing import Annotated, Any, cast, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -65,10 +66,13 @@ def setting_error(error: ValidationError) -> SettingError:
 def setting_errors(error: ValidationError) -> list[SettingError]:
     """Every complaint of pydantic."""
     kinds = {kind for kind, _ in _all_variants(RunConfig)}
-    return [
-        SettingError(".".join(str(part) for part in found["loc"] if part not in kinds), _plain(found))
-        for found in error.errors()
-    ]
+    return [SettingError(_path(found["loc"], kinds), _plain(found)) for found in error.errors()]
+
+
+def _path(location: tuple[int | str, ...], kinds: set[str]) -> str:
+    """The location without the kinds that pydantic adds after names; `behaviour` is both kind and name."""
+    parts = pairwise(("", *map(str, location)))
+    return ".".join(part for before, part in parts if part not in kinds or before in kinds)
 
 
 _PLAIN = {
@@ -94,7 +98,8 @@ def _plain(found: ErrorDetails) -> str:
     given = found["input"]
     if found["type"] not in _PLAIN:
         message = found["msg"].removeprefix("Value error, ")
-        return message if isinstance(given, dict) else f"{given!r} is refused: {message}"
+        ours = found["type"] == "value_error"  # such a message names the value itself
+        return message if ours or isinstance(given, dict) else f"{given!r} is refused: {message}"
     message = _PLAIN[found["type"]].format_map(found.get("ctx", {}))
     return f"{message}, and is empty" if given is None else f"{message}, not {given!r}"
 

@@ -65,7 +65,7 @@ def _windmill(behaviour: str) -> Preset:
             pace="stream",
             patience_steps=5000,
         ),
-        evaluation=Evaluation(every=2500, episodes=1, video="each"),
+        evaluation=Evaluation(every=2500, episodes=1),
         total_steps=20_000,
     )
     return Preset(behaviour, {"laptop": laptop})

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from labels_db.catalogue import CatalogueEntry, entry
 
@@ -38,6 +38,12 @@ class DMControl(Config):
     task: str = Field("walker-walk", description="Domain and task of the suite, as in walker-walk.")
     action_repeat: ActionRepeat = 1
 
+    @field_validator("task")
+    @classmethod
+    def _is_known(cls, task: str) -> str:
+        entry(f"dmc:{task}")
+        return task
+
     @property
     def name(self) -> str:
         return f"dmc:{self.task}"
@@ -51,6 +57,12 @@ class Behaviour(Config):
         "cartpole-windmill-clockwise", description="Which behaviour, as in cartpole-windmill-clockwise."
     )
     action_repeat: ActionRepeat = 1
+
+    @field_validator("behaviour")
+    @classmethod
+    def _is_known(cls, behaviour: str) -> str:
+        entry(f"behaviour:{behaviour}")
+        return behaviour
 
     @property
     def name(self) -> str:
@@ -272,7 +284,7 @@ class Evaluation(Config):
     every: int = Field(10_000, ge=100, le=10_000_000, description="Steps between two evaluations.")
     episodes: int = Field(10, ge=1, le=1000, description="Episodes in one evaluation.")
     video: Literal["each", "last", "none"] = Field(
-        "none", description="Whether an episode of each, of the last, or of no evaluation is kept as MP4."
+        "each", description="Whether an episode of each, of the last, or of no evaluation is kept as MP4."
     )
 
 
@@ -338,7 +350,7 @@ class RunConfig(Config):
 
     @property
     def catalogue_entry(self) -> CatalogueEntry:
-        """What is known of the environment without a simulator; unknown names are refused here."""
+        """What is known of the environment without a simulator."""
         return entry(self.environment.name)
 
     @property

@@ -186,3 +186,20 @@ class LogOut(BaseModel):
     """The end of a run's log."""
 
     lines: list[str]
+
+
+class CommandOut(BaseModel):
+    """Something asked of a run's last policy, and what came of it."""
+
+    id: int
+    kind: str
+    arguments: dict[str, Any]
+    asked_at: datetime
+    taken_at: datetime | None
+    done_at: datetime | None
+    sentence: str = Field(description="How it stands, in words.", examples=["Waiting for the supervisor."])
+    result: dict[str, Any] | None = Field(
+        description="What came of it; absent while it waits or when it failed."
+    )
+    error: str | None = Field(description="Why nothing came of it.")
+    download_url: str | None = Field(description="Where the exported policy is.")

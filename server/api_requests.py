@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 from fastapi import Path
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 LARGEST = 2**53 - 1
 """The largest integer that every JSON reader keeps whole."""
@@ -68,3 +68,26 @@ class NewGoal(Asked):
     """Better words for what labellers look for."""
 
     text: GoalText = Field(examples=["Prefer the clip in which the pole turns faster and more evenly."])
+
+
+class NewCommand(Asked):
+    """Something to be done with the last policy of a run that has ended."""
+
+    kind: Literal["evaluate", "export-policy"]
+    episodes: int | None = Field(None, ge=1, le=100, description="With `evaluate` only; 10 when absent.")
+    format: Literal["onnx", "safetensors"] | None = Field(
+        None, description="With `export-policy` only; onnx when absent."
+    )
+
+    @model_validator(mode="after")
+    def _nothing_idle(self) -> NewCommand:
+        idle, other = ("format", self.format) if self.kind == "evaluate" else ("episodes", self.episodes)
+        if other is not None:
+            raise ValueError(f"{self.kind} takes no {idle}; leave it out")
+        return self
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        if self.kind == "evaluate":
+            return {"episodes": self.episodes or 10}
+        return {"format": self.format or "onnx"}

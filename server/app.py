@@ -10,6 +10,7 @@ from starlette.routing import Mount
 
 from labels_db.data_folder import DataFolder
 from server import (
+    api_commands,
     api_records,
     api_runs,
     artifacts,
@@ -29,6 +30,7 @@ from server.token import TokenFile
 ROUTERS = (
     sign_in.router,
     api_runs.router,
+    api_commands.router,
     api_records.router,
     dashboard.router,
     run_page.router,

@@ -1,4 +1,4 @@
-"""Clips and videos: found through their rows, never through a path that a client sends."""
+"""Clips, videos and exported policies: found through their rows, never through a path that a client sends."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Header
 from starlette.responses import Response
 
-from labels_db.artifacts import clip_of, video_of
+from labels_db.artifacts import clip_of, export_of, video_of
 from server.api_requests import Count, RunId
 from server.services import ServicesDep
 from server.templating import FOREVER
@@ -37,6 +37,16 @@ def video(run_id: RunId, step: Count, services: ServicesDep, wanted: RangeHeader
     with services.database.read() as session:
         key = video_of(session, run_id, step)
     return ranged(services.store.read(key), wanted, media_type="video/mp4")
+
+
+@router.get("/runs/{run_id}/exports/{command_id}")
+def export(run_id: RunId, command_id: Count, services: ServicesDep) -> Response:
+    """The policy that a command exported, as a file to keep."""
+    with services.database.read() as session:
+        found = export_of(session, run_id, command_id)
+    data = services.store.read(found.key, found.checksum)
+    headers = {"Content-Disposition": f'attachment; filename="{found.name}"'}
+    return Response(data, media_type="application/octet-stream", headers=headers)
 
 
 def ranged(data: bytes, wanted: str | None, *, media_type: str) -> Response:

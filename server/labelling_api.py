@@ -9,17 +9,11 @@ from uuid import UUID
 from fastapi import APIRouter, Path, Request, Response
 from sqlalchemy.orm import Session
 
+from labels_db.answers import answer_query, retract_answer
 from labels_db.errors import NotFoundError
 from labels_db.labelling import NOBODY, expect_open, find_person, name_person, queue_of
+from labels_db.leases import labeller_named, lease_queries, own_lease, release_lease
 from labels_db.models import Answer, Lease, utc_now
-from labels_db.queries import (
-    answer_query,
-    labeller_named,
-    lease_queries,
-    own_lease,
-    release_lease,
-    retract_answer,
-)
 from labels_db.runs import get_run
 from server.labelling_identity import PersonDep, remember
 from server.labelling_models import (

@@ -12,8 +12,8 @@ from starlette.responses import RedirectResponse, Response
 
 from labels_db.errors import ConflictError
 from labels_db.labelling import Queue, choice_counts, last_answer, name_person, queue_of, video_steps
+from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Pressed, utc_now
-from labels_db.queries import labeller_named, lease_queries
 from labels_db.records import fits_of
 from server.labelling_api import record_answer, record_retraction
 from server.labelling_identity import Person, person_of, remember

@@ -13,12 +13,14 @@ from labels_db.goal_cards import change_goal
 from labels_db.history import events_of, open_queries, recent_answers, sessions_of
 from labels_db.models import Run, utc_now
 from labels_db.overview import overview
+from labels_db.policy_commands import ask_of_policy
 from labels_db.records import evaluations_of, fits_of
 from labels_db.runs import extend_run, pause_run, resume_run, stop_run
 from server.answer_view import answer_view
-from server.api_requests import LARGEST, GoalText, RunId
+from server.api_requests import LARGEST, GoalText, NewCommand, RunId
 from server.forms import local_path
 from server.log_tail import log_tail
+from server.policy_view import OPERATOR, policy_asks
 from server.run_view import view
 from server.sentences import queue_sentence
 from server.services import Services, ServicesDep
@@ -35,6 +37,12 @@ Goal = Annotated[GoalText, Form()]
 Total = Annotated[int | None, Form(ge=1, le=LARGEST)]
 
 
+class CommandForm(NewCommand):
+    """A command as one of the page's buttons sends it, and where to come back to."""
+
+    back: str = "/"
+
+
 @router.get("")
 def page(request: Request, run_id: RunId, services: ServicesDep, video: int | None = None) -> Response:
     """Everything about a run; `video` is the step of the policy to show, the latest when absent."""
@@ -48,6 +56,7 @@ def page(request: Request, run_id: RunId, services: ServicesDep, video: int | No
             "sessions": sessions_of(session, run_id),
             "fits": fits_of(session, run_id),
             "events": events_of(session, run_id, limit=EVENTS_SHOWN),
+            "asks": policy_asks(session, seen.run),
         }
     return render(
         request,
@@ -90,6 +99,13 @@ def goal(run_id: RunId, services: ServicesDep, text: Goal, back: Back = "/") -> 
     with services.database.write() as session:
         change_goal(session, run_id, text)
     return _back(back)
+
+
+@router.post("/commands")
+def command(run_id: RunId, services: ServicesDep, asked: Annotated[CommandForm, Form()]) -> Response:
+    with services.database.write() as session:
+        ask_of_policy(session, run_id, asked.kind, asked_by=OPERATOR, **asked.arguments)
+    return _back(asked.back)
 
 
 def _steer(services: Services, run_id: str, use_case: Callable[[Session, str], Run], back: str) -> Response:

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-from labels_db.models import ALIVE, Desired, Run, RunState
+from labels_db.models import ALIVE, ENDED, Desired, Run, RunState
 from labels_db.overview import RunOverview
 from server.sentences import is_silent, state_sentence
 
 Action = Literal["pause", "resume", "stop", "extend"]
 Tone = Literal["going", "wanting", "resting", "done", "wrong"]
-
-ENDED = (RunState.FINISHED, RunState.FAILED, RunState.STOPPED)
 
 
 @dataclass(frozen=True)

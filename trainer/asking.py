@@ -9,8 +9,14 @@ from typing import Any
 
 from labels_db.database import Database
 from labels_db.feedback_progress import Inbox, feedback_progress
+from labels_db.feedback_sessions import (
+    find_session,
+    open_session,
+    session_queries,
+    supersede_queries,
+    trim_session,
+)
 from labels_db.models import FeedbackSession, RunState
-from labels_db.queries import find_session, open_session, session_queries, supersede_queries, trim_session
 from labels_db.run_config import Asking, Uniform
 from labels_db.runs import Claim, get_run
 from trainer.posting import Asked, Desk

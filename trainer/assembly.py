@@ -22,7 +22,7 @@ from trainer.event_files import EventFiles
 from trainer.exploration import StateEntropyReward
 from trainer.feedback import Feedback, Replayed, make_feedback
 from trainer.journal import Journal, RecordJournal, SilentJournal
-from trainer.posting import Desk, PeoplesDesk, ScriptedDesk, Shelf
+from trainer.posting import Desk, PeoplesDesk, ScriptedDesk
 from trainer.preferences import AnsweredQueries
 from trainer.progress import Progress
 from trainer.randomness import Randomness
@@ -30,6 +30,7 @@ from trainer.rendering import Renderer
 from trainer.reward_model import RewardModel
 from trainer.reward_source import ModelReward, make_reward_source
 from trainer.segments import PairSampler
+from trainer.shelf import Shelf
 from trainer.teachers import scripted_teacher
 from trainer.training import Training, Upkeep
 from trainer.upkeep import RecordedUpkeep

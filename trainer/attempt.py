@@ -11,8 +11,8 @@ import structlog
 from labels_db.data_folder import DataFolder
 from labels_db.errors import AttemptLostError
 from labels_db.estimate import estimate_bytes
+from labels_db.feedback_sessions import supersede_queries
 from labels_db.models import RunState
-from labels_db.queries import supersede_queries
 from labels_db.runs import (
     Claim,
     acknowledge_stop,

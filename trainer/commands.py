@@ -15,10 +15,11 @@ from labels_db import commands
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import Command
-from labels_db.storage import ArtifactStore
+from labels_db.storage import ArtifactError, ArtifactStore
+from trainer.checkpoints import CheckpointError
 from trainer.environments import make_environment
 from trainer.evaluation import evaluate, mean_measures
-from trainer.export import export_policy
+from trainer.export import ExportError, export_policy
 from trainer.policy import TrainedPolicy, load_policy
 
 log = structlog.get_logger()
@@ -46,10 +47,11 @@ def _evaluate(command: Command, policy: TrainedPolicy, _store: ArtifactStore) ->
 def _export(command: Command, policy: TrainedPolicy, store: ArtifactStore) -> dict[str, Any]:
     ending = command.arguments.get("format", "onnx")
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"policy.{ending}"
+        path = Path(folder) / f"{command.run_id}-step-{policy.step}.{ending}"
         export_policy(policy, path)
-        key = f"runs/{command.run_id}/exports/policy-{policy.step}.{ending}"
-        return {"artifact": key, "sha256": store.write(key, path.read_bytes())}
+        data = path.read_bytes()
+    key = f"runs/{command.run_id}/exports/{command.id}/{path.name}"
+    return {"artifact": key, "sha256": store.write(key, data), "step": policy.step, "bytes": len(data)}
 
 
 DOERS: Mapping[str, Callable[[Command, TrainedPolicy, ArtifactStore], dict[str, Any]]] = MappingProxyType(
@@ -61,6 +63,8 @@ def do(command: Command, database: Database, store: ArtifactStore) -> dict[str, 
     """What came of it: its result, or the reason why there is none."""
     try:
         return DOERS[command.kind](command, load_policy(database, store, command.run_id), store)
+    except (ArtifactError, CheckpointError, ExportError) as error:
+        return {"error": str(error)}
     except Exception as error:  # the asker must hear of it, whatever it is
         log.exception("command failed", kind=command.kind, run=command.run_id)
         return {"error": f"{type(error).__name__}: {error}"}

@@ -91,22 +91,25 @@ def _check_onnx(policy: TrainedPolicy, model: bytes) -> None:
 
 
 def _safetensors(policy: TrainedPolicy, path: Path) -> None:
-    """Arrays `weight.i` [in, out] and `bias.i` [out]; the layout beside them in `FILE.json`."""
-    layers = policy.layers()
-    arrays = {}
+    """Arrays `weight.i` [in, out] and `bias.i` [out]; the layout in the metadata and beside, in `FILE.json`."""
+    layers, arrays = policy.layers(), {}
     for index, (weight, bias) in enumerate(layers):
         arrays[f"weight.{index}"] = np.ascontiguousarray(weight)
         arrays[f"bias.{index}"] = np.ascontiguousarray(bias)
-    save_file(arrays, path)
-    activations = ["relu"] * (len(layers) - 1) + ["tanh"]
-    layout = {
+    layout = json.dumps(_layout(policy, len(layers)), indent=2)
+    save_file(arrays, path, metadata={"layout": layout})  # a file that travels alone still explains itself
+    path.with_suffix(".json").write_text(layout + "\n", encoding="utf-8")
+
+
+def _layout(policy: TrainedPolicy, count: int) -> dict[str, Any]:
+    activations = ["relu"] * (count - 1) + ["tanh"]
+    return {
         **describe(policy),
         "layers": [
             {"weight": f"weight.{i}", "bias": f"bias.{i}", "activation": activation}
             for i, activation in enumerate(activations)
         ],
     }
-    path.with_suffix(".json").write_text(json.dumps(layout, indent=2) + "\n", encoding="utf-8")
 
 
 FORMATS: Mapping[str, Callable[[TrainedPolicy, Path], None]] = MappingProxyType(

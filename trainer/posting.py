@@ -14,10 +14,9 @@ from typing import Protocol
 import structlog
 
 from labels_db.database import Database
-from labels_db.models import Clip, FeedbackSession, QueryState, Segment
-from labels_db.queries import post_query, session_queries, trim_session
-from labels_db.runs import Claim, get_run, note
-from labels_db.storage import ArtifactStore
+from labels_db.feedback_sessions import post_query, session_queries, trim_session
+from labels_db.models import FeedbackSession, QueryState
+from labels_db.runs import get_run, note
 from trainer.query_selection import Chosen
 from trainer.rendering import (
     EncodedClip,
@@ -25,9 +24,9 @@ from trainer.rendering import (
     RenderingError,
     RenderingLost,
     RenderingUnavailable,
-    verify_clip,
 )
 from trainer.segments import SegmentData
+from trainer.shelf import Shelf
 from trainer.teachers import ScriptedTeacher, answer_all
 
 log = structlog.get_logger()
@@ -63,46 +62,6 @@ class Desk(Protocol):
 
 
 @dataclass(frozen=True)
-class Shelf:
-    """Where segments and clips are put, under keys that name the attempt."""
-
-    store: ArtifactStore
-    claim: Claim
-
-    def segment(self, asked: Asked, index: int, side: int, clip: EncodedClip | None = None) -> Segment:
-        """Store the segment, and its clip if there is one; returns the row that points at them."""
-        segment = asked.pairs[index].pair[side]
-        place = f"a{self.claim.attempt}-s{asked.session.index}-q{index}-{('first', 'second')[side]}"
-        folder = f"runs/{self.claim.run_id}"
-        key = f"{folder}/segments/{place}.safetensors"
-        return Segment(
-            run_id=self.claim.run_id,
-            episode=segment.episode.number,
-            start=segment.start,
-            length=segment.length,
-            policy_step=segment.episode.policy_step,
-            artifact_key=key,
-            checksum=self.store.write(key, segment.to_bytes()),
-            true_return=segment.true_return,
-            clip=self._clip(f"{folder}/clips/{place}.webp", clip) if clip else None,
-        )
-
-    def _clip(self, key: str, clip: EncodedClip) -> Clip:
-        verify_clip(clip)
-        return Clip(
-            artifact_key=key,
-            checksum=self.store.write(key, clip.data),
-            frames=clip.frames,
-            rows=clip.rows,
-            columns=clip.columns,
-            width=clip.width,
-            height=clip.height,
-            duration=clip.duration,
-            times=list(clip.times),
-        )
-
-
-@dataclass(frozen=True)
 class ScriptedDesk:
     """Posts a whole session and its answers in one transaction: a scripted teacher needs no clip."""
 
@@ -112,7 +71,7 @@ class ScriptedDesk:
     teacher: ScriptedTeacher
 
     def ask(self, asked: Asked) -> None:
-        rows = {i: (self.shelf.segment(asked, i, 0), self.shelf.segment(asked, i, 1)) for i in asked.pairs}
+        rows = {i: self.shelf.pair(asked.session, i, chosen.pair) for i, chosen in asked.pairs.items()}
         with self.database.write() as session:
             for index, chosen in asked.pairs.items():
                 post_query(
@@ -224,10 +183,7 @@ class PeoplesDesk:
 
     def _post(self, asked: Asked, index: int, first: EncodedClip, second: EncodedClip) -> None:
         chosen = asked.pairs[index]
-        segments = (
-            self.shelf.segment(asked, index, 0, first),
-            self.shelf.segment(asked, index, 1, second),
-        )
+        segments = self.shelf.pair(asked.session, index, chosen.pair, (first, second))
         with self.database.write() as session:
             post_query(
                 session,

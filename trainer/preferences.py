@@ -9,9 +9,9 @@ import numpy as np
 import structlog
 import torch
 
+from labels_db.answers import answers_since
 from labels_db.database import Database
 from labels_db.models import Choice, Segment
-from labels_db.queries import answers_since
 from labels_db.storage import ArtifactError, ArtifactStore
 from trainer.episodes import Array
 from trainer.reward_model import Preferences

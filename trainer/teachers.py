@@ -8,8 +8,9 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from labels_db.answers import answer_query, pressed_for
+from labels_db.leases import labeller_named, lend
 from labels_db.models import Choice, LabellerKind, Query, utc_now
-from labels_db.queries import answer_query, labeller_named, lend, pressed_for
 from labels_db.run_config import Config, Human, Oracle
 
 ScriptedTeacher = Callable[[float | None, float | None], Choice]

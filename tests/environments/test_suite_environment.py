@@ -85,9 +85,9 @@ def test_a_reset_without_a_seed_draws_one() -> None:
 
 def test_unknown_names_are_refused_with_the_known_ones() -> None:
     with pytest.raises(ValueError, match=r"dmc:walker-fly: unknown task; one of .*walker-walk"):
-        make_environment(DMControl(task="walker-fly"))
+        make_environment(DMControl.model_construct(task="walker-fly"))
     with pytest.raises(ValueError, match=r"unknown behaviour; one of .*windmill"):
-        make_environment(Behaviour(behaviour="moonwalk"))
+        make_environment(Behaviour.model_construct(behaviour="moonwalk"))
 
 
 def test_a_state_of_another_robot_is_refused() -> None:

@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from labels_db import queries
+from labels_db import answers, feedback_sessions, leases
 from labels_db.database import Database
 from labels_db.errors import ConflictError, NotFoundError
+from labels_db.leases import LEASE_TIME
 from labels_db.models import Answer, Choice, Lease, Pressed
-from labels_db.queries import LEASE_TIME
+from labels_db.standing import standing
 from tests.labels_db import given
 from tests.labels_db.given import NOW, SECOND
 
@@ -52,15 +53,15 @@ def test_the_segment_that_was_pressed_is_the_one_preferred(
 
 @examples(pressed=PRESSED)
 def test_swapping_sides_swaps_first_and_second_only(pressed: Pressed) -> None:
-    plain, swapped = (queries.choice_of(pressed, swapped=value) for value in (False, True))
+    plain, swapped = (answers.choice_of(pressed, swapped=value) for value in (False, True))
     mirrored = {Choice.FIRST: Choice.SECOND, Choice.SECOND: Choice.FIRST}
     assert swapped == mirrored.get(plain, plain)
 
 
 @examples(pressed=PRESSED, swapped=SWAPPED)
 def test_each_choice_has_the_key_that_gives_it(pressed: Pressed, swapped: bool) -> None:
-    choice = queries.choice_of(pressed, swapped=swapped)
-    assert queries.pressed_for(choice, swapped=swapped) is pressed
+    choice = answers.choice_of(pressed, swapped=swapped)
+    assert answers.pressed_for(choice, swapped=swapped) is pressed
 
 
 def _fresh_lease(session: Session) -> list[Lease]:
@@ -71,7 +72,7 @@ def _fresh_lease(session: Session) -> list[Lease]:
 def test_an_answer_keeps_what_was_shown_and_when(database: Database) -> None:
     with database.write() as session:
         (lease,) = _fresh_lease(session)
-        answer = queries.answer_query(
+        answer = answers.answer_query(
             session,
             lease.id,
             lease.labeller_id,
@@ -92,7 +93,7 @@ def test_the_same_answer_delivered_twice_changes_nothing(database: Database) -> 
         first = given.an_answer(session, lease, pressed=Pressed.LEFT)
         before = (first.choice, first.sequence, first.answered_at)
     with database.write() as session:
-        again = queries.answer_query(
+        again = answers.answer_query(
             session,
             lease.id,
             lease.labeller_id,
@@ -129,7 +130,7 @@ def test_a_query_is_answered_once_by_each_labeller(database: Database) -> None:
         given.an_answer(session, lease, "a")
         with pytest.raises(ConflictError, match="already answered"):
             given.an_answer(session, lease, "b")
-        stray = queries.lend(session, lease.query_id, lease.labeller_id, NOW, swapped=True)
+        stray = leases.lend(session, lease.query_id, lease.labeller_id, NOW, swapped=True)
         session.flush()
         with pytest.raises(ConflictError, match="already answered"):
             given.an_answer(session, stray, "c")
@@ -147,7 +148,7 @@ def test_an_answer_to_a_superseded_query_counts(database: Database) -> None:
         owner = given.a_claim(session)
         (query,) = given.queries(session, owner, 1)
         (lease,) = given.leases(session, given.labeller(session))
-        queries.supersede_queries(session, owner, before=1)
+        feedback_sessions.supersede_queries(session, owner, before=1)
         assert given.an_answer(session, lease).choice is not None
         assert query.closed_reason == "superseded"
 
@@ -157,14 +158,14 @@ def test_an_answer_through_the_lease_of_another_is_refused(database: Database) -
         (lease,) = _fresh_lease(session)
         bob = given.labeller(session, "bob")
         with pytest.raises(NotFoundError, match="not yours"):
-            queries.answer_query(session, lease.id, bob, answer_id="a", pressed=Pressed.LEFT, now=NOW)
+            answers.answer_query(session, lease.id, bob, answer_id="a", pressed=Pressed.LEFT, now=NOW)
 
 
 # Retractions -------------------------------------------------------------------------------------
 
 
 def _retract(session: Session, lease: Lease, answer_id: str = "r-1") -> tuple[Answer, Lease]:
-    return queries.retract_answer(session, "a-1", lease.labeller_id, answer_id=answer_id, now=NOW)
+    return answers.retract_answer(session, "a-1", lease.labeller_id, answer_id=answer_id, now=NOW)
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -188,8 +189,8 @@ def test_a_query_taken_back_can_be_answered_anew(database: Database) -> None:
         _retraction, again = _retract(session, lease)
         second = given.an_answer(session, again, "a-2", pressed=Pressed.RIGHT)
         assert second.query.state == "closed"
-        standing = session.scalars(select(Answer.answer_id).where(queries.standing())).all()
-        assert standing == ["a-2"]
+        kept = session.scalars(select(Answer.answer_id).where(standing())).all()
+        assert kept == ["a-2"]
 
 
 def test_a_query_taken_back_and_left_goes_to_another(database: Database) -> None:
@@ -236,10 +237,10 @@ def test_only_ones_own_answers_are_taken_back(database: Database, target: str) -
         given.an_answer(session, lease)
         _retract(session, lease)
         with pytest.raises(NotFoundError, match=f"answer {target}: not one of yours"):
-            queries.retract_answer(session, target, lease.labeller_id, answer_id="x", now=NOW)
+            answers.retract_answer(session, target, lease.labeller_id, answer_id="x", now=NOW)
         bob = given.labeller(session, "bob")
         with pytest.raises(NotFoundError, match="answer a-1: not one of yours"):
-            queries.retract_answer(session, "a-1", bob, answer_id="x", now=NOW)
+            answers.retract_answer(session, "a-1", bob, answer_id="x", now=NOW)
 
 
 # The cursor --------------------------------------------------------------------------------------
@@ -252,10 +253,10 @@ def test_a_cursor_reads_answers_and_retractions_in_order(database: Database) -> 
         _retraction, again = _retract(session, lease)
         given.an_answer(session, again, "a-2")
     with database.read() as session:
-        read = [answer.answer_id for answer in queries.answers_since(session, "mill", 0)]
+        read = [answer.answer_id for answer in answers.answers_since(session, "mill", 0)]
         assert read == ["a-1", "r-1", "a-2"]
-        assert [answer.sequence for answer in queries.answers_since(session, "mill", 1)] == [2, 3]
-        assert [answer.sequence for answer in queries.answers_since(session, "mill", 1, until=2)] == [2]
+        assert [answer.sequence for answer in answers.answers_since(session, "mill", 1)] == [2, 3]
+        assert [answer.sequence for answer in answers.answers_since(session, "mill", 1, until=2)] == [2]
 
 
 def test_each_run_counts_for_itself(database: Database) -> None:

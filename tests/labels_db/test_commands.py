@@ -7,9 +7,9 @@ import pytest
 from labels_db import commands, runs
 from labels_db.database import Database
 from labels_db.errors import NotFoundError
-from labels_db.models import Command
+from labels_db.models import Command, utc_now
 from tests.labels_db import given
-from tests.labels_db.given import NOW
+from tests.labels_db.given import NOW, SECOND
 
 KINDS = frozenset({"fit", "ask"})
 
@@ -43,6 +43,31 @@ def test_the_supervisor_takes_commands_of_runs_that_nobody_owns(database: Databa
         taken = commands.take_of_ended_runs(session, KINDS)
         assert taken is not None
         assert taken.taken_by_attempt == 0
+        assert commands.take_of_ended_runs(session, KINDS) is None
+
+
+def test_a_command_whose_taker_died_is_taken_again(database: Database) -> None:
+    with database.write() as session:
+        owner = given.a_claim(session)
+        command = commands.ask(session, "mill", "fit", asked_by="eve")
+        commands.take(session, "mill", owner.attempt, KINDS)
+        runs.finish_run(session, owner)
+        command.taken_at = utc_now() - commands.GIVEN_UP_AFTER + 60 * SECOND
+        assert commands.take_of_ended_runs(session, KINDS) is None
+        command.taken_at = utc_now() - commands.GIVEN_UP_AFTER - SECOND
+        assert commands.take_of_ended_runs(session, KINDS) is command
+        assert command.taken_by_attempt == 0
+        assert commands.take_of_ended_runs(session, KINDS) is None
+
+
+def test_a_command_that_is_done_is_never_taken_again(database: Database) -> None:
+    with database.write() as session:
+        owner = given.a_claim(session)
+        command = commands.ask(session, "mill", "fit", asked_by="eve")
+        commands.take(session, "mill", owner.attempt, KINDS)
+        runs.finish_run(session, owner)
+        commands.finish(session, command.id, {})
+        command.taken_at = utc_now() - commands.GIVEN_UP_AFTER - SECOND
         assert commands.take_of_ended_runs(session, KINDS) is None
 
 

@@ -6,7 +6,7 @@ import pytest
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from labels_db import queries, runs
+from labels_db import feedback_sessions, runs
 from labels_db.database import Database
 from labels_db.feedback_progress import feedback_progress, read_inbox
 from labels_db.models import FeedbackSession, Pressed, QueryState
@@ -28,9 +28,9 @@ def test_the_next_attempt_adopts_a_session_with_its_queries(database: Database) 
         runs.interrupt_run(session, runs.get_run(session, "mill"), "gone")
         second = runs.claim_run(session, "next", max_parallel=1, now=NOW)
         assert second == Claim("mill", 2)
-        adopted = queries.open_session(session, second, index=0, step=9999, asked=7)
+        adopted = feedback_sessions.open_session(session, second, index=0, step=9999, asked=7)
         assert (adopted.step, adopted.asked) == (1000, 3)
-        assert queries.session_queries(session, adopted.id) == asked
+        assert feedback_sessions.session_queries(session, adopted.id) == asked
 
 
 def test_a_place_in_a_session_is_posted_once(database: Database) -> None:
@@ -46,7 +46,7 @@ def test_a_session_closes_with_its_last_query(database: Database) -> None:
         owner = given.a_claim(session)
         query, lost = given.queries(session, owner, 2)
         opened = session.get_one(FeedbackSession, query.session_id)
-        queries.fail_query(session, lost, "clip lost")
+        feedback_sessions.fail_query(session, lost, "clip lost")
         assert opened.closed_at is None
         _answer_all(session)
         assert (query.state, query.closed_reason, lost.state) == ("closed", "answered", "failed")
@@ -56,7 +56,7 @@ def test_a_session_closes_with_its_last_query(database: Database) -> None:
 def test_a_session_closes_when_its_only_open_query_is_lost(database: Database) -> None:
     with database.write() as session:
         (query,) = given.queries(session, given.a_claim(session), 1)
-        queries.fail_query(session, query, "clip lost")
+        feedback_sessions.fail_query(session, query, "clip lost")
         assert session.get_one(FeedbackSession, query.session_id).closed_at is not None
 
 
@@ -64,8 +64,8 @@ def test_fresh_queries_supersede_those_of_earlier_sessions(database: Database) -
     with database.write() as session:
         owner = given.a_claim(session)
         old = given.queries(session, owner, 2)
-        queries.open_session(session, owner, index=1, step=2000, asked=2)
-        assert queries.supersede_queries(session, owner, before=1) == 2
+        feedback_sessions.open_session(session, owner, index=1, step=2000, asked=2)
+        assert feedback_sessions.supersede_queries(session, owner, before=1) == 2
         assert {(q.state, q.closed_reason) for q in old} == {(QueryState.CLOSED, "superseded")}
         assert given.leases(session, given.labeller(session)) == []
 
@@ -73,12 +73,12 @@ def test_fresh_queries_supersede_those_of_earlier_sessions(database: Database) -
 def test_what_was_asked_but_not_posted_is_rendering(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
-        opened = queries.open_session(session, owner, index=0, step=0, asked=3)
+        opened = feedback_sessions.open_session(session, owner, index=0, step=0, asked=3)
         assert read_inbox(session, "mill").rendering == 3
         given.queries(session, owner, 1)
         inbox = read_inbox(session, "mill")
         assert (inbox.open, inbox.rendering, inbox.complete) == (1, 2, False)
-        queries.trim_session(session, owner, opened.id)
+        feedback_sessions.trim_session(session, owner, opened.id)
         assert read_inbox(session, "mill").rendering == 0
         _answer_all(session)
         assert read_inbox(session, "mill").complete
@@ -88,11 +88,11 @@ def test_what_was_asked_but_not_posted_is_rendering(database: Database) -> None:
 def test_trimming_a_session_that_is_answered_closes_it(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
-        opened = queries.open_session(session, owner, index=0, step=0, asked=3)
+        opened = feedback_sessions.open_session(session, owner, index=0, step=0, asked=3)
         given.queries(session, owner, 1)
         _answer_all(session)
         assert opened.closed_at is None
-        queries.trim_session(session, owner, opened.id)
+        feedback_sessions.trim_session(session, owner, opened.id)
         assert opened.closed_at is not None
 
 

@@ -7,11 +7,11 @@ import random
 import pytest
 from sqlalchemy.orm import Session
 
-from labels_db import queries, runs
+from labels_db import leases, runs
 from labels_db.database import Database
 from labels_db.errors import ConflictError, NotFoundError
+from labels_db.leases import LEASE_TIME
 from labels_db.models import RunState
-from labels_db.queries import LEASE_TIME
 from tests.labels_db import given
 from tests.labels_db.given import NOW, SECOND
 
@@ -57,7 +57,7 @@ def test_a_lapsed_lease_comes_back_with_the_same_sides(database: Database) -> No
         sides = set()
         for minute in range(10):
             at = NOW + minute * 2 * LEASE_TIME
-            (lease,) = queries.lease_queries(session, "mill", ann, count=1, now=at, rng=rng)
+            (lease,) = leases.lease_queries(session, "mill", ann, count=1, now=at, rng=rng)
             sides.add((lease.id, lease.swapped))
         assert len(sides) == 1
 
@@ -73,7 +73,7 @@ def test_a_released_query_is_free_at_once(database: Database) -> None:
     with database.write() as session:
         ann, bob = _asked(session, 1)
         (lease,) = given.leases(session, ann)
-        queries.release_lease(session, lease.id, ann, now=NOW)
+        leases.release_lease(session, lease.id, ann, now=NOW)
         assert len(given.leases(session, bob)) == 1
 
 
@@ -81,7 +81,7 @@ def test_releasing_an_expired_lease_does_not_prolong_it(database: Database) -> N
     with database.write() as session:
         ann, _bob = _asked(session, 1)
         (lease,) = given.leases(session, ann)
-        queries.release_lease(session, lease.id, ann, now=EXPIRED)
+        leases.release_lease(session, lease.id, ann, now=EXPIRED)
         assert lease.expires_at == NOW + LEASE_TIME
 
 
@@ -90,9 +90,9 @@ def test_nobody_uses_the_lease_of_another(database: Database) -> None:
         ann, bob = _asked(session, 1)
         (lease,) = given.leases(session, ann)
         with pytest.raises(NotFoundError, match=f"lease {lease.id}: not yours"):
-            queries.release_lease(session, lease.id, bob, now=NOW)
+            leases.release_lease(session, lease.id, bob, now=NOW)
         with pytest.raises(NotFoundError, match="lease 99: not yours"):
-            queries.own_lease(session, 99, ann)
+            leases.own_lease(session, 99, ann)
 
 
 def test_a_query_that_needs_two_is_lent_to_two(database: Database) -> None:

@@ -83,7 +83,18 @@ COMPLAINTS = [
     ({"feedback.budget": "0"}, "feedback.budget: must be at least 1, not '0'"),
     ({"device": "tpu"}, "device: must be 'auto', 'cpu' or 'cuda', not 'tpu'"),
     ({"checkpoints.keep_buffer": "perhaps"}, "checkpoints.keep_buffer: needs true or false, not 'perhaps'"),
-    ({"environment.task": "walker-wolk"}, "did you mean dmc:walker-walk"),
+    (
+        {"environment.task": "walker-wolk"},
+        "environment.task: environment 'dmc:walker-wolk': unknown; did you mean dmc:walker-walk",
+    ),
+    (
+        {"environment.kind": "behaviour", "environment.behaviour": "windmill"},
+        "environment.behaviour: environment 'behaviour:windmill': unknown; did you mean behaviour:cartpole",
+    ),
+    (
+        {"environment.kind": "behaviour", "environment.action_repeat": "0"},
+        "environment.action_repeat: must be at least 1, not '0'",
+    ),
     ({"feedback.kind": "none"}, "needs feedback: set feedback.kind to 'sessions' or 'continuous'"),
     ({"": "5"}, "unknown setting ''"),
 ]

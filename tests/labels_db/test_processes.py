@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
+from labels_db.answers import answers_since
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import Answer
-from labels_db.queries import answers_since
 from tests.labels_db import given, workers
 
 ROOT = Path(__file__).parents[2]

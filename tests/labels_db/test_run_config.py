@@ -106,7 +106,11 @@ PARTS: dict[str, tuple[dict[str, Any], str]] = {
         {"exploration": StateEntropy(seed_steps=1000, explore_steps=9000), "total_steps": 10_000},
         "exploration ends at step 10000, so total_steps must be larger, not 10000",
     ),
-    "unknown task": ({"environment": DMControl(task="walker-wolk")}, "did you mean dmc:walker-walk"),
+    "unknown task": ({"environment": {"kind": "dmc", "task": "walker-wolk"}}, "did you mean dmc:walker-walk"),
+    "unknown behaviour": (
+        {"environment": {"kind": "behaviour", "behaviour": "cartpole-windmill"}},
+        "did you mean behaviour:cartpole-windmill",
+    ),
     "segment longer than its episode": (
         {"feedback": Sessions(segment_steps=600), "environment": DMControl(action_repeat=2)},
         "feedback.segment_steps 600 is longer than an episode of dmc:walker-walk: at most 500",

@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from labels_db import queries, records, runs
+from labels_db import feedback_sessions, records, runs
 from labels_db.database import Database
 from labels_db.errors import AttemptLostError, ConflictError, NotFoundError
 from labels_db.models import ALIVE, Desired, Event, FeedbackSession, Run, RunState
@@ -84,8 +84,8 @@ TRAINER_WRITES: dict[str, Callable[[Session, Claim], object]] = {
     "stop": runs.acknowledge_stop,
     "yield": runs.yield_run,
     "progress": runs.made_progress,
-    "session": lambda s, c: queries.open_session(s, c, index=0, step=0, asked=1),
-    "query": lambda s, c: queries.post_query(
+    "session": lambda s, c: feedback_sessions.open_session(s, c, index=0, step=0, asked=1),
+    "query": lambda s, c: feedback_sessions.post_query(
         s,
         c,
         FeedbackSession(id=1),
@@ -94,8 +94,8 @@ TRAINER_WRITES: dict[str, Callable[[Session, Claim], object]] = {
         scheme="uniform",
         score=None,
     ),
-    "supersede": lambda s, c: queries.supersede_queries(s, c, before=1),
-    "trim": lambda s, c: queries.trim_session(s, c, 1),
+    "supersede": lambda s, c: feedback_sessions.supersede_queries(s, c, before=1),
+    "trim": lambda s, c: feedback_sessions.trim_session(s, c, 1),
     "metrics": lambda s, c: records.record_metrics(s, c, [records.Measurement(1, "loss", 1.0)]),
     "fit": lambda s, c: records.record_fit(
         s, c, index=0, step=0, cursor=0, report=records.FitReport(1, 1, None, None), probabilities={}

@@ -63,7 +63,13 @@ def test_frames_lie_row_by_row() -> None:
 
 def test_a_heavy_sheet_is_encoded_with_less_quality() -> None:
     noise = np.random.default_rng(0).integers(0, 255, (240, 320, 3), np.uint8)
-    assert len(encoded([noise] * 4).data) <= MAX_BYTES
+    assert 10_000 < len(encoded([noise] * 4).data) <= MAX_BYTES
+
+
+def test_a_sheet_that_no_quality_makes_light_enough_is_as_light_as_can_be() -> None:
+    noise = np.random.default_rng(0).integers(0, 255, (240, 320, 3), np.uint8)
+    heavy = [len(encoded([noise] * count).data) for count in (16, 25)]
+    assert MAX_BYTES < heavy[0] < heavy[1]
 
 
 def test_a_good_clip_passes() -> None:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import io
 from fractions import Fraction
+from pathlib import Path
 
+import av
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from trainer.rendering.messages import receive, send
-from trainer.rendering.video import MAX_FRAMES_PER_SECOND, even, frame_rate, stride
+from trainer.rendering.video import MAX_FRAMES_PER_SECOND, encoding, even, frame_rate, stride
 
 
 @pytest.mark.parametrize(
@@ -26,6 +29,16 @@ def test_strides_and_rates(step_seconds: float, every: int, rate: Fraction) -> N
 def test_videos_are_real_time_and_no_faster_than_needed(step_seconds: float) -> None:
     assert frame_rate(step_seconds) <= MAX_FRAMES_PER_SECOND
     assert float(frame_rate(step_seconds)) * step_seconds * stride(step_seconds) == pytest.approx(1)
+
+
+def test_a_video_of_odd_size_becomes_even(tmp_path: Path) -> None:
+    pictures = [np.full((67, 65, 3), 20 * index, np.uint8) for index in range(4)]
+    path = tmp_path / "video.mp4"
+    for _ in encoding(iter(pictures), path, 0.05, 65, 67):
+        pass
+    with av.open(str(path), "r") as container:
+        shown = list(container.decode(video=0))
+    assert [(picture.width, picture.height) for picture in shown] == [(64, 66)] * 4
 
 
 @given(st.integers(64, 1280))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from labels_db.queries import session_queries
+from labels_db.feedback_sessions import session_queries
 from tests.server.conftest import Site
 from tests.web import demo
 

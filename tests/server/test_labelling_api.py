@@ -13,10 +13,10 @@ from fastapi.testclient import TestClient
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from labels_db.answers import choice_of
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import Choice, Pressed, RunState
-from labels_db.queries import choice_of
 from labels_db.storage import ArtifactStore
 from server.app import create_app
 from server.token import access_token

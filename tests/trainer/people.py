@@ -8,9 +8,10 @@ import time
 import uuid
 from collections.abc import Callable
 
+from labels_db.answers import answer_query, pressed_for
 from labels_db.database import Database
+from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Choice, Pressed, Query, utc_now
-from labels_db.queries import answer_query, labeller_named, lease_queries, pressed_for
 from trainer.teachers import oracle
 
 Judge = Callable[[Query], Choice]

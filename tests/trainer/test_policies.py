@@ -10,9 +10,11 @@ import pytest
 import torch
 from safetensors.numpy import load_file
 
+from labels_db.models import Command
 from labels_db.run_config import RunConfig
 from tests.trainer.conftest import RUN, Lab, small_config
 from trainer.checkpoints import CheckpointError
+from trainer.commands import DOERS, do
 from trainer.export import ExportError, export_policy
 from trainer.networks import Actor
 from trainer.policy import TrainedPolicy, load_policy
@@ -56,6 +58,25 @@ def test_safetensors_with_its_layout_can_be_rolled_out_by_hand(policy: TrainedPo
         x = x @ arrays[layer["weight"]] + arrays[layer["bias"]]
         x = np.maximum(x, 0) if layer["activation"] == "relu" else np.tanh(x)
     np.testing.assert_allclose(x, policy(OBSERVATIONS), atol=1e-6)
+
+
+def test_an_exported_file_explains_itself(policy: TrainedPolicy, lab: Lab) -> None:
+    command = Command(id=7, run_id=RUN, kind="export-policy", arguments={"format": "safetensors"})
+    result = DOERS[command.kind](command, policy, lab.store)
+    assert result["artifact"] == f"runs/{RUN}/exports/7/{RUN}-step-900.safetensors"
+    data = lab.store.read(result["artifact"], result["sha256"])
+    assert result["bytes"] == len(data)
+    header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    layout = json.loads(header["__metadata__"]["layout"])
+    assert (layout["step"], layout["layers"][-1]["activation"]) == (900, "tanh")
+    assert all(layer["weight"] in header for layer in layout["layers"])
+
+
+def test_a_command_that_cannot_be_done_says_why(lab: Lab) -> None:
+    lab.request(small_config())
+    command = Command(id=7, run_id=RUN, kind="evaluate", arguments={"episodes": 1})
+    (error,) = do(command, lab.database, lab.store).values()
+    assert error.startswith(f"run {RUN}: has no checkpoint yet")
 
 
 def test_a_wrong_file_name_says_what_would_be_right(policy: TrainedPolicy, tmp_path: Path) -> None:

@@ -128,6 +128,8 @@ def test_a_killed_run_goes_on_and_finishes_then_its_commands_are_done(lab: Lab, 
             return session.get_one(Command, asked).done_at is not None
 
     until(answered)
+    assert watched.command is not None
+    watched.command.wait(timeout=60)  # it answers before it ends
     with lab.database.read() as session:
         result = session.get_one(Command, asked).result
     assert result is not None

@@ -11,20 +11,24 @@ from uuid import uuid4
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from labels_db.answers import answer_query
+from labels_db.commands import finish
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
-from labels_db.models import Clip, FeedbackSession, Pressed, Run, RunState, Segment, utc_now
+from labels_db.feedback_sessions import open_session, post_query, session_queries
+from labels_db.leases import labeller_named, lease_queries
+from labels_db.models import Clip, Command, FeedbackSession, Pressed, Run, RunState, Segment, utc_now
 from labels_db.overrides import with_settings
+from labels_db.policy_commands import ask_of_policy
 from labels_db.presets import preset_named
-from labels_db.queries import (
-    answer_query,
-    labeller_named,
-    lease_queries,
-    open_session,
-    post_query,
-    session_queries,
+from labels_db.records import (
+    FitReport,
+    Measurement,
+    record_checkpoint,
+    record_evaluation,
+    record_fit,
+    record_metrics,
 )
-from labels_db.records import FitReport, Measurement, record_evaluation, record_fit, record_metrics
 from labels_db.runs import (
     Claim,
     Report,
@@ -184,6 +188,36 @@ def fitted(session: Session, held: Claim, index: int, queries: Mapping[int, floa
     )
 
 
+def saved(session: Session, held: Claim, step: int) -> None:
+    """A checkpoint's row; nothing in a demonstration reads its files."""
+    key = f"runs/{held.run_id}/checkpoints/{step}/manifest.json"
+    record_checkpoint(session, held, step=step, manifest_key=key, checksum=sha256(b""))
+
+
+def asked_of(session: Session, run_id: str, kind: str, **arguments: object) -> Command:
+    return ask_of_policy(session, run_id, kind, asked_by="demo", **arguments)
+
+
+def done(session: Session, command: Command, result: Mapping[str, object]) -> None:
+    """The supervisor has taken the command, and this came of it."""
+    command.taken_at = utc_now()
+    finish(session, command.id, result)
+
+
+def reevaluated(session: Session, command: Command, step: int) -> None:
+    measures = {"largest_tilt": 4}
+    result = {"step": step, "episodes": 10, "return": 812.34, "returns": [812.34], "measures": measures}
+    done(session, command, result)
+
+
+def exported(session: Session, store: ArtifactStore, command: Command, step: int) -> None:
+    """The exported file holds the word "policy"."""
+    form = command.arguments["format"]
+    key = f"runs/{command.run_id}/exports/{command.id}/{command.run_id}-step-{step}.{form}"
+    checksum = store.write(key, b"policy")
+    done(session, command, {"artifact": key, "sha256": checksum, "step": step, "bytes": 271_402})
+
+
 def populate(data: DataFolder, database: Database) -> dict[str, str]:
     """Every state a run can be in; returns run ids by state."""
     store = data.open_store()
@@ -262,7 +296,10 @@ def _failed(session: Session, _store: ArtifactStore) -> str:
     run = queued(session, WINDMILL, {"seed": "3"}, title="Windmill on the graphics card")
     held = started(session, run)
     going(session, held, step=4000)
+    saved(session, held, 4000)
     fail_run(session, held, "torch.cuda.OutOfMemoryError: CUDA out of memory. Tried to allocate 20.00 MiB")
+    command = asked_of(session, run.id, "evaluate", episodes=10)
+    done(session, command, {"error": "artifact weights: missing"})
     return run.id
 
 
@@ -275,5 +312,9 @@ def _finished(session: Session, store: ArtifactStore) -> str:
         fitted(session, held, index, {})
     note(session, run, "Reached a true return of 800 for the first time.")
     going(session, held, step=60_000)
+    saved(session, held, 60_000)
     finish_run(session, held)
+    reevaluated(session, asked_of(session, run.id, "evaluate", episodes=10), 60_000)
+    exported(session, store, asked_of(session, run.id, "export-policy", format="onnx"), 60_000)
+    asked_of(session, run.id, "export-policy", format="safetensors")
     return run.id

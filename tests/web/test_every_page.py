@@ -28,7 +28,7 @@ def violations(page: Page, rules: str = "{}") -> list[str]:
 def addresses(server: LiveServer) -> list[str]:
     ids = demo.populate(server.data, server.database)
     pages = ["/", "/new?preset=walker-walk", "/runs/nobody", "/sign-in"]
-    return pages + [f"/runs/{ids[state]}" for state in ("teaching", "failed")]
+    return pages + [f"/runs/{ids[state]}" for state in ("teaching", "failed", "finished")]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,8 @@ from playwright.sync_api import Page, expect
 
 from labels_db.goal_cards import change_goal
 from labels_db.models import Run
+from labels_db.policy_commands import policy_commands_of
+from labels_db.runs import Claim, finish_run
 from tests.web import demo
 from tests.web.conftest import LiveServer
 
@@ -81,3 +83,24 @@ def test_an_answer_shows_its_stills(page: Page) -> None:
     address = still.locator("image").get_attribute("href")
     sheet = "async (address) => (await createImageBitmap(await (await fetch(address)).blob())).width"
     assert page.evaluate(sheet, address) == 5 * 320
+
+
+def test_what_came_of_an_export_appears_and_is_downloaded(
+    page: Page, run: Run, live_server: LiveServer
+) -> None:
+    with live_server.database.write() as session:
+        held = Claim(run.id, run.attempt)
+        demo.saved(session, held, 8000)
+        finish_run(session, held)
+    button = page.get_by_role("button", name="Export as ONNX")
+    button.click()
+    row = page.get_by_role("listitem").filter(has=button)
+    expect(row).to_contain_text("Waiting for the supervisor.")
+    expect(button).to_be_disabled()
+    with live_server.database.write() as session:
+        (command,) = policy_commands_of(session, run.id, limit=1)
+        demo.exported(session, live_server.data.open_store(), command, 8000)
+    with page.expect_download() as download:
+        row.get_by_role("link", name="Download").click()
+    assert download.value.suggested_filename == f"{run.id}-step-8000.onnx"
+    expect(button).to_be_enabled()

@@ -6,6 +6,7 @@ the parent. Clips go before videos, and a video gives way after each frame.
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
 import os
 import queue
@@ -26,7 +27,6 @@ from labels_db.run_config import Clips, EnvironmentConfig
 from trainer.environments import PhysicsState, make_environment
 from trainer.rendering.messages import Header, receive, send
 from trainer.rendering.sheet import Frame, chosen_steps, encode_clip
-from trainer.rendering.video import encoding, stride
 
 if TYPE_CHECKING:
     from trainer.rendering.painter import Painter
@@ -79,6 +79,8 @@ class Workshop:
 
     def video(self, header: Header, states: PhysicsState) -> Work:
         """Draw an episode's states [T, S] in real time and answer with an MP4."""
+        from trainer.rendering.video import encoding, stride  # loads FFmpeg, which clips do without
+
         seconds, size = header["step_seconds"], (self._clips.width, self._clips.height)
         frames = self._frames(header, states, range(0, len(states), stride(seconds)))
         with tempfile.TemporaryDirectory(prefix="pebble-video-") as folder:
@@ -126,13 +128,27 @@ def private_streams() -> tuple[IO[bytes], IO[bytes]]:
 
 
 def open_painter(settings: Header, clips: Clips) -> Painter:
-    """The scene and its OpenGL context; raises whatever a missing library raises."""
+    """The scene and its OpenGL context, tried on a first frame; raises whatever a missing library raises."""
     from trainer.rendering.painter import Painter
 
+    load_when_used("scipy.ndimage")  # half of the suite's loading, and only quadruped-escape uses it
     config = TypeAdapter[Any](EnvironmentConfig).validate_python(settings["environment"])
     painter = Painter(make_environment(config).scene, clips.width, clips.height)
-    painter.draw_scene(0)
+    encode_clip([painter.draw_scene(0)], (0.0,), 0.0)
     return painter
+
+
+def load_when_used(name: str) -> None:
+    """Have a submodule load when something in it is first asked for, not when it is imported."""
+    spec = importlib.util.find_spec(name)
+    assert spec is not None
+    assert spec.loader is not None
+    loader = importlib.util.LazyLoader(spec.loader)
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    package, _, child = name.rpartition(".")
+    sys.modules[name] = module
+    setattr(sys.modules[package], child, module)  # or `from package import child` would load it
 
 
 def read_requests(requests: IO[bytes], workshop: Workshop) -> None:

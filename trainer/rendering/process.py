@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 from contextlib import suppress
+from types import MappingProxyType
 from typing import IO
 
 from labels_db.run_config import Behaviour, Clips, DMControl
@@ -14,6 +15,8 @@ from trainer.rendering.errors import RenderingUnavailable
 from trainer.rendering.messages import Header, receive, send
 
 BACKENDS = ("egl", "osmesa")
+# One core is enough for a clip in a third of a second, and the other cores are the training's.
+ONE_CORE = MappingProxyType({"LP_NUM_THREADS": "0", "OPENBLAS_NUM_THREADS": "1"})
 GRACE_SECONDS = 5.0
 LOG_TAIL = 500
 
@@ -30,7 +33,7 @@ class ChildProcess:
             stdout=subprocess.PIPE,
             stderr=self._log,
             start_new_session=True,  # Ctrl-C in the terminal is the run's business
-            env={**os.environ, "MUJOCO_GL": backend, "PYOPENGL_PLATFORM": backend},
+            env={**ONE_CORE, **os.environ, "MUJOCO_GL": backend, "PYOPENGL_PLATFORM": backend},
         )
         self.send({"environment": environment.model_dump(), "clips": clips.model_dump()})
 

@@ -49,7 +49,7 @@ RESULTS: MappingProxyType[str, Callable[[Header, bytes], Any]] = MappingProxyTyp
 class Renderer:
     """Draws one environment's episodes in the background; any thread may ask.
 
-    The process starts with the first request. A process that dies is started again at most three
+    The process starts with the first request, or with `warm`. A process that dies is started again at most three
     times and asked again for all that is missing; then every future fails with `RenderingLost`.
     """
 
@@ -63,6 +63,12 @@ class Renderer:
         self._child: ChildProcess | None = None
         self._keeper: threading.Thread | None = None
         self._over: RenderingError | None = None
+
+    def warm(self) -> None:
+        """Have the process start and make ready, so that the first request need not wait for that."""
+        with self._lock:
+            if self._over is None:
+                self._keep()
 
     def clip(self, episode_seed: int, states: PhysicsState, step_seconds: float) -> Future[EncodedClip]:
         """The sprite sheet of a segment's states [H, S], each lasting `step_seconds`."""

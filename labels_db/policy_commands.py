@@ -1,0 +1,37 @@
+"""Use cases around an ended run's policy: what may be asked of it, and what was."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from labels_db.commands import ask
+from labels_db.errors import ConflictError
+from labels_db.models import ENDED, Command
+from labels_db.records import checkpoints_of
+from labels_db.runs import get_run
+
+POLICY_COMMANDS = ("evaluate", "export-policy")
+
+
+def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **arguments: Any) -> Command:
+    """Leave a command that needs a run's last checkpoint, once no trainer will write another."""
+    run = get_run(session, run_id)
+    if run.state not in ENDED:
+        raise ConflictError(
+            f"run {run_id}: cannot {kind} while {run.state}; its policy is there to take once it has ended"
+        )
+    if not checkpoints_of(session, run_id):
+        raise ConflictError(
+            f"run {run_id}: cannot {kind}; it ended without a checkpoint, so has no policy yet"
+        )
+    return ask(session, run_id, kind, asked_by=asked_by, **arguments)
+
+
+def policy_commands_of(session: Session, run_id: str, *, limit: int) -> Sequence[Command]:
+    """What was asked of the run's policy, the latest first."""
+    wanted = select(Command).where(Command.run_id == run_id, Command.kind.in_(POLICY_COMMANDS))
+    return session.scalars(wanted.order_by(Command.id.desc()).limit(limit)).all()

@@ -1,0 +1,49 @@
+"""The documentation says what is so: settings, commands, variables, files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from cli.main import app
+from scripts.make_configuration_reference import TARGET, reference
+
+ROOT = Path(__file__).parent.parent
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "benchmarks").glob("*.md")])
+TEXT = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+
+
+def test_the_configuration_reference_is_what_the_classes_say() -> None:
+    assert TARGET.read_text(encoding="utf-8") == reference(), (
+        "run python -m scripts.make_configuration_reference"
+    )
+
+
+def test_every_command_is_shown_somewhere() -> None:
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    missing = [name for name in commands if f"pebble {name}" not in TEXT]
+    assert missing == []
+
+
+def test_every_environment_variable_is_explained() -> None:
+    sources = [*ROOT.glob("cli/*.py"), *ROOT.glob("server/*.py"), *ROOT.glob("docker-compose.yml")]
+    used = set(re.findall(r"PEBBLE_[A-Z_]+", "\n".join(path.read_text() for path in sources)))
+    assert {name for name in used if name not in TEXT} == set()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_to_files_lead_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\((?!https?:|#)([^)#]+)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_shown_with_options_take_them(page: Path) -> None:
+    commands = get_command(app).commands  # type: ignore[attr-defined]
+    for line in re.findall(r"^\s*pebble (.+?)(?:\s+#.*)?$", page.read_text(encoding="utf-8"), re.MULTILINE):
+        name, *words = line.split()
+        known = {option for parameter in commands[name].params for option in parameter.opts}
+        assert {word.partition("=")[0] for word in words if word.startswith("--")} <= known, line
