@@ -74,12 +74,13 @@ def _windmill(behaviour: str) -> Preset:
 def _cartpole_swingup() -> Preset:
     laptop = RunConfig(
         environment=DMControl(task="cartpole-swingup", action_repeat=4),
-        agent=SAC(width=128, batch_size=128, learning_rate=1e-3),
+        # A learned reward is small at first: at the paper's 1e-4 the entropy bonus outweighs it for 10 000 steps.
+        agent=SAC(width=128, batch_size=128, learning_rate=1e-3, temperature_learning_rate=1e-3),
         reward=LearnedReward(width=128),
         exploration=StateEntropy(seed_steps=1000, explore_steps=2000),
         feedback=Sessions(teacher=Oracle(), budget=200, queries_per_session=20, steps_between=1500),
         evaluation=Evaluation(every=2500, episodes=5),
-        total_steps=40_000,
+        total_steps=30_000,
     )
     return Preset("cartpole-swingup", {"laptop": laptop})
 

@@ -7,6 +7,7 @@ old one out.
 from __future__ import annotations
 
 import secrets
+from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
@@ -20,6 +21,9 @@ from labels_db.run_config import RunConfig
 
 STALE_AFTER = timedelta(seconds=30)
 """A heartbeat older than this is a dead trainer's; they beat every 5 s."""
+
+HUNG_AFTER = timedelta(minutes=5)
+"""So long a process that lives, or is just starting, may be silent."""
 
 MAX_FRUITLESS_ATTEMPTS = 3
 
@@ -149,10 +153,20 @@ def beat(session: Session, claim: Claim, report: Report, *, now: datetime) -> De
     return run.desired
 
 
-def interrupt_stale(session: Session, *, now: datetime) -> list[str]:
-    """Requeue runs whose trainer died without a word; fail those that keep dying without progress."""
-    stale = select(Run).where(Run.state.in_(ALIVE), Run.heartbeat_at < now - STALE_AFTER)
-    return [interrupt_run(session, run, "The trainer stopped answering.") for run in session.scalars(stale)]
+def interrupt_stale(session: Session, *, now: datetime, living: Collection[str] = ()) -> list[str]:
+    """Requeue runs whose trainer died without a word; fail those that keep dying without progress.
+
+    Runs whose process is known to be `living` get longer: the machine may just have slept.
+    """
+    silent = select(Run).where(Run.state.in_(ALIVE), Run.heartbeat_at < now - STALE_AFTER)
+    stale = [run for run in session.scalars(silent) if _is_stale(run, now, run.id in living)]
+    return [interrupt_run(session, run, "The trainer stopped answering.") for run in stale]
+
+
+def _is_stale(run: Run, now: datetime, living: bool) -> bool:
+    """A starting trainer beats only once its libraries are loaded, which takes a slow disk a while."""
+    patience = HUNG_AFTER if living or run.state is RunState.STARTING else STALE_AFTER
+    return run.heartbeat_at is not None and run.heartbeat_at < now - patience
 
 
 def interrupt_run(session: Session, run: Run, reason: str) -> str:

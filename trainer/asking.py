@@ -51,15 +51,25 @@ class Asker:
     desk: Desk
     checkpoint: Callable[[], None]
     obey: Callable[[], None]
+    fitted: Callable[[], bool]
     where: Where = field(default_factory=Where)
     asks: list[Asked] = field(default_factory=list)
+
+    def remaining(self) -> int:
+        """Answers the budget still wants."""
+        with self.database.read() as session:
+            return feedback_progress(session, get_run(session, self.claim.run_id)).remaining
 
     def session_size(self, wanted: int) -> int:
         """What the next session asks: as before where an earlier attempt opened it, else what the budget allows."""
         with self.database.read() as session:
             found = find_session(session, self.claim.run_id, self.where.index)
             counted = feedback_progress(session, get_run(session, self.claim.run_id))
-        return found.asked if found else max(0, min(wanted, counted.remaining - counted.open))
+        return (
+            found.asked
+            if found
+            else max(0, min(wanted, counted.remaining - counted.open - counted.rendering))
+        )
 
     def open(self, step: int, wanted: int) -> bool:
         """Ask up to `wanted` pairs in a new session, or what an earlier attempt left unposted of it.
@@ -83,8 +93,8 @@ class Asker:
         return True
 
     def _choose(self, count: int) -> list[Chosen]:
-        """The first session is always uniform: the ensemble knows nothing yet (algorithm, section 5)."""
-        scheme = self.config.scheme if self.where.index else Uniform()
+        """Uniform until the first fit: the ensemble knows nothing yet (algorithm, section 5)."""
+        scheme = self.config.scheme if self.fitted() else Uniform()
         return select(scheme, self.sampler, self.model, count, self.config.candidates_per_query)
 
     def _post(self, asked: Asked) -> None:

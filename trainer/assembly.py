@@ -20,7 +20,7 @@ from trainer.environments import make_environment
 from trainer.episodes import EpisodePool
 from trainer.event_files import EventFiles
 from trainer.exploration import StateEntropyReward
-from trainer.feedback import Feedback, Replayed, make_feedback
+from trainer.feedback import Feedback, RecordedFits, make_feedback
 from trainer.journal import Journal, RecordJournal, SilentJournal
 from trainer.posting import Desk, PeoplesDesk, ScriptedDesk
 from trainer.preferences import AnsweredQueries
@@ -102,12 +102,14 @@ def recorded_run(
     progress = Progress(database, claim, EventFiles(data.events_path(claim.run_id)))
     device = choose_device(config)
     renderer = Renderer(config.environment, config.clips)
+    if config.asks_people:
+        renderer.warm()  # the first pair is to be on screen soon after its session opens
     checkpoints = Checkpoints(database, store, claim, stride=config.environments)
     upkeep = RecordedUpkeep(config, progress, checkpoints, make_environment(config.environment), renderer)
     journal = RecordJournal(database, store, claim)
     training = assemble(
         config,
-        feedback=Replayed(),
+        feedback=RecordedFits(),
         answered=AnsweredQueries(database, store, claim.run_id, device),
         journal=journal,
         upkeep=upkeep,
@@ -152,8 +154,9 @@ def _feedback(
         desk=desk,
         checkpoint=lambda: upkeep.save(training),
         obey=upkeep.obey,
+        fitted=lambda: training.fits > 0,
     )
-    return make_feedback(asker, training.config.exploration.ends_at)
+    return make_feedback(asker, training.config)
 
 
 def _go_on(run: RecordedRun, database: Database, claim: Claim) -> None:
@@ -179,7 +182,7 @@ def replayed_run(
     asks = not isinstance(config.feedback, NoFeedback)
     return assemble(
         config,
-        feedback=Replayed(fits),
+        feedback=RecordedFits(fits),
         answered=AnsweredQueries(database, store, run_id, device) if asks else None,
         journal=SilentJournal(),
         upkeep=upkeep,

@@ -13,6 +13,7 @@ from labels_db.errors import AttemptLostError
 from labels_db.estimate import estimate_bytes
 from labels_db.feedback_sessions import supersede_queries
 from labels_db.models import RunState
+from labels_db.run_config import RunConfig
 from labels_db.runs import (
     Claim,
     acknowledge_stop,
@@ -81,14 +82,16 @@ class Attempt:
             self._close()
 
     def _live(self) -> RunState:
-        with self.database.read() as session:
-            config = config_of(get_run(session, self.claim.run_id))
-        self._check_space(estimate_bytes(config).total)
+        config = self._config()
+        if self.claim.attempt == 1:
+            self._check_space(estimate_bytes(config).total)
         self.run = recorded_run(config, self.data, self.database, self.store, self.claim)
         if self._shutdown_asked:
             self.run.upkeep.shutdown.set()
         try:
             self.run.training.train()
+            if self._config().total_steps > config.total_steps:
+                return self._leave(RunState.QUEUED)  # extended meanwhile: goes on with a larger buffer
             self._finish(self.run, keep_buffer=config.checkpoints.keep_buffer)
         except StopRequestedError:
             return self._leave(RunState.STOPPED)
@@ -96,26 +99,41 @@ class Attempt:
             return self._leave(self._left_as)
         return RunState.FINISHED
 
+    def _config(self) -> RunConfig:
+        with self.database.read() as session:
+            return config_of(get_run(session, self.claim.run_id))
+
     def _finish(self, run: RecordedRun, *, keep_buffer: bool) -> None:
         self.last_evaluation = run.upkeep.evaluate(run.training)
+        self._ask_no_more(run)
         run.upkeep.save(run.training, rows=keep_buffer)
-        run.progress.status.step = run.training.step
-        run.journal.wait_for_videos(VIDEO_SECONDS)
-        run.training.feedback.close()
-        run.progress.flush()
-        run.progress.beat()
+        self._say_goodbye(run, VIDEO_SECONDS)
         with self.database.write() as session:
-            supersede_queries(session, self.claim)  # nobody is to answer what can teach nothing any more
             finish_run(session, self.claim)
+
+    def _ask_no_more(self, run: RecordedRun) -> None:
+        """Nobody is to answer what can teach nothing any more."""
+        run.training.feedback.close()
+        with self.database.write() as session:
+            supersede_queries(session, self.claim)
+        unlearned = run.progress.listen().sequence - run.training.feedback.cursor()
+        if unlearned > 0:
+            run.journal.note(
+                f"{unlearned} answers came after the last fit. Extend the run to learn from them."
+            )
+
+    def _say_goodbye(self, run: RecordedRun, video_seconds: float) -> None:
+        run.progress.status.step = run.training.step
+        run.journal.wait_for_videos(video_seconds)
+        run.progress.beat()
+        run.progress.flush()
 
     def _leave(self, state: RunState) -> RunState:
         """Keep everything, then give the run up: stopped for good, or queued for its next turn."""
         assert self.run is not None
+        self.run.upkeep.save(self.run.training)  # before closing: what is still to be posted is part of it
         self.run.training.feedback.close()
-        self.run.upkeep.save(self.run.training)
-        self.run.journal.wait_for_videos(seconds=5)
-        self.run.progress.flush()
-        self.run.progress.beat()
+        self._say_goodbye(self.run, video_seconds=5)
         leave = acknowledge_stop if state is RunState.STOPPED else yield_run
         with self.database.write() as session:
             leave(session, self.claim)

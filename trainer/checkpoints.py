@@ -7,7 +7,7 @@ the buffer and episodes of the pool are immutable files shared by all checkpoint
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import structlog
@@ -29,6 +29,10 @@ log = structlog.get_logger()
 FORMAT = 1
 KEPT = 2
 """Checkpoints that stay: the last, and the one before in case the last is damaged."""
+
+
+EMPTY: dict[str, Any] = {"arrays": None, "buffer": None, "episodes": []}
+"""What a checkpoint that cannot be read needs."""
 
 
 class CheckpointError(Exception):
@@ -66,7 +70,7 @@ class Checkpoints:
         self.store.write(key, data)
         with self.database.write() as session:
             record_checkpoint(session, self.claim, step=step, manifest_key=key, checksum=sha256(data))
-        self._prune()
+        self._prune(KEPT if buffer is not None else 1)
 
     def _put(self, name: str, arrays: Arrays) -> dict[str, str]:
         data = bytes(save_arrays(arrays))
@@ -91,17 +95,20 @@ class Checkpoints:
 
     def latest(self) -> dict[str, Any] | None:
         """The newest manifest that is whole; None when the run has none; CheckpointError when all are damaged."""
+        return next(self.manifests(), None)
+
+    def manifests(self) -> Iterator[dict[str, Any]]:
+        """Whole manifests, newest first. Whoever goes through all of them has found none that serves."""
         with self.database.read() as session:
             found = checkpoints_of(session, self.claim.run_id)
         for checkpoint in found:
             manifest = self._manifest(checkpoint)
             if manifest is not None:
-                return manifest
+                yield manifest
         if found:
             raise CheckpointError(
                 f"run {self.claim.run_id}: none of its {len(found)} checkpoints can be read"
             )
-        return None
 
     def _manifest(self, checkpoint: Checkpoint) -> dict[str, Any] | None:
         try:
@@ -128,26 +135,29 @@ class Checkpoints:
         """Fill the buffer and the pool; both stay empty when a finished run dropped them."""
         if manifest["buffer"] is not None:
             self.chunks.load(buffer, manifest["buffer"])
-        for saved in manifest["episodes"] if pool is not None else ():
-            assert pool is not None
+        if pool is None:
+            return
+        pool.episodes.clear()
+        for saved in manifest["episodes"]:
             arrays = load_arrays(self.store.read(saved["key"], saved["sha256"]))
             self._episodes[saved["number"]] = saved
             pool.add(FinishedEpisode(saved["number"], saved["seed"], saved["policy_step"], **arrays))
 
     # Forgetting ----------------------------------------------------------------------------------
 
-    def _prune(self) -> None:
+    def _prune(self, keep: int) -> None:
         """Drop older checkpoints and the files that only they needed; rows first, then files."""
         with self.database.write() as session:
             found = checkpoints_of(session, self.claim.run_id)
-            forget_checkpoints(session, self.claim, [checkpoint.id for checkpoint in found[KEPT:]])
-        if len(found) > KEPT:
-            self._sweep(found[:KEPT])
+            forget_checkpoints(session, self.claim, [checkpoint.id for checkpoint in found[keep:]])
+        if len(found) > keep:
+            self._sweep(found[:keep])
 
     def _sweep(self, kept: Sequence[Checkpoint]) -> None:
+        """Delete every file that no kept checkpoint needs; a damaged one is passed over."""
         needed = {checkpoint.manifest_key for checkpoint in kept}
         for checkpoint in kept:
-            needed |= keys_of(json.loads(self.store.read(checkpoint.manifest_key)))
+            needed |= keys_of(self._manifest(checkpoint) or EMPTY)
         for key in list(self.store.keys(self.folder)):
             if key not in needed:
                 self.store.delete(key)
@@ -156,7 +166,7 @@ class Checkpoints:
 def keys_of(manifest: dict[str, Any]) -> set[str]:
     """Every file a manifest needs."""
     buffer = manifest["buffer"] or {"chunks": []}
-    puts = [manifest["arrays"], *buffer["chunks"], *manifest["episodes"]]
+    puts = [*filter(None, [manifest["arrays"]]), *buffer["chunks"], *manifest["episodes"]]
     if "rewards" in buffer:
         puts.append(buffer["rewards"])
     return {put["key"] for put in puts}

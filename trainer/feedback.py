@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from labels_db.feedback_progress import Inbox
-from labels_db.run_config import Continuous, Sessions
+from labels_db.run_config import Continuous, RunConfig, Sessions
 from trainer.asking import Asker
 
 
@@ -23,6 +23,9 @@ class Feedback(Protocol):
 
     def learned(self, cursor: int) -> None:
         """The answers up to the cursor have been learned from."""
+
+    def cursor(self) -> int:
+        """The last answer learned from."""
 
     def next_session_step(self) -> int | None:
         """When the next session opens, if that is known."""
@@ -37,7 +40,7 @@ class Feedback(Protocol):
         """Post nothing more."""
 
 
-class Replayed:
+class RecordedFits:
     """The fits of an earlier run, at the same steps with the same answers; by default none at all."""
 
     def __init__(self, fits: Iterable[tuple[int, int]] = ()) -> None:
@@ -49,6 +52,9 @@ class Replayed:
 
     def learned(self, cursor: int) -> None:
         """The record knows already."""
+
+    def cursor(self) -> int:
+        return 0
 
     def next_session_step(self) -> int | None:
         return None
@@ -64,17 +70,29 @@ class Replayed:
 
 
 class EveryKSteps:
-    """Sessions of M queries, K steps apart; what is open by then is superseded."""
+    """Sessions of M queries, K steps apart; what is open by then is superseded.
 
-    def __init__(self, config: Sessions) -> None:
+    Not so once the sessions left could not hold what the budget still wants: then training waits for the
+    answers, so that a slow person on a fast machine is still asked everything.
+    """
+
+    def __init__(self, config: Sessions, last_step: int) -> None:
         self.config = config
+        self.last_step = last_step
 
-    def ask(self, asker: Asker, step: int, _inbox: Inbox) -> None:
+    def ask(self, asker: Asker, step: int, inbox: Inbox) -> None:
         if step < asker.where.next_step or not asker.sampler.can_draw():
             return
+        if inbox.open and asker.remaining() > self.capacity(step):
+            asker.wait(step, lambda inbox: inbox.complete)
         asker.supersede()
         asker.open(step, self.config.queries_per_session)
         asker.where.next_step = step + self.config.steps_between
+
+    def capacity(self, step: int) -> int:
+        """Queries of the sessions from this step to the last."""
+        sessions = -(-(self.last_step - step) // self.config.steps_between)
+        return sessions * self.config.queries_per_session
 
 
 class AlwaysReady:
@@ -126,12 +144,14 @@ class FromTeacher:
         asker: Asker,
         rule: EveryKSteps | AlwaysReady,
         pace: Callable[[Asker, int], Inbox],
-        first_step: int,
+        steps: range,
     ) -> None:
+        """`steps` are those of the run after exploration."""
         self.asker = asker
         self.rule = rule
         self.pace = pace
-        asker.where.next_step = asker.where.news_step = first_step
+        self.steps = steps
+        asker.where.next_step = asker.where.news_step = steps.start
 
     def before_step(self, step: int) -> int | None:
         self.rule.ask(self.asker, step, self.asker.news(step))
@@ -143,8 +163,12 @@ class FromTeacher:
     def learned(self, cursor: int) -> None:
         self.asker.where.cursor = cursor
 
+    def cursor(self) -> int:
+        return self.asker.where.cursor
+
     def next_session_step(self) -> int | None:
-        return self.asker.where.next_step
+        following = self.asker.where.next_step
+        return following if following < self.steps.stop else None
 
     def state(self) -> dict[str, Any]:
         return self.asker.state()
@@ -156,10 +180,10 @@ class FromTeacher:
         self.asker.desk.close()
 
 
-def make_feedback(asker: Asker, first_step: int) -> FromTeacher:
+def make_feedback(asker: Asker, run: RunConfig) -> FromTeacher:
     """The configured rule and pace."""
-    config = asker.config
+    config, steps = asker.config, range(run.exploration.ends_at, run.total_steps)
     if isinstance(config, Continuous):
-        return FromTeacher(asker, AlwaysReady(config), unless_nobody_answers, first_step)
+        return FromTeacher(asker, AlwaysReady(config), unless_nobody_answers, steps)
     assert isinstance(config, Sessions)
-    return FromTeacher(asker, EveryKSteps(config), PACES[config.pace], first_step)
+    return FromTeacher(asker, EveryKSteps(config, run.total_steps), PACES[config.pace], steps)

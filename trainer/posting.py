@@ -6,6 +6,7 @@ A row appears only when what it points at exists, so segments and clips are in t
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass
 from itertools import chain, pairwise
@@ -32,6 +33,9 @@ from trainer.teachers import ScriptedTeacher, answer_all
 log = structlog.get_logger()
 
 Clips = tuple[Future[EncodedClip], Future[EncodedClip]]
+
+DRAWING_SECONDS = 120
+"""Longer than any clip takes: an OpenGL driver that hangs must not hang the run."""
 
 
 @dataclass(frozen=True)
@@ -112,25 +116,25 @@ class PeoplesDesk:
         self.answers_needed = answers_needed
         self._failure: Exception | None = None
         self._withdrawn = threading.Event()
-        self._threads: dict[int, threading.Thread] = {}
+        self._threads: list[threading.Thread] = []
+        self._posted: set[int] = set()
 
     def ask(self, asked: Asked) -> None:
         """Render and post in order while training goes on."""
         thread = threading.Thread(
             target=self._guarded, args=(asked, self._withdrawn), name="posting", daemon=True
         )
-        self._threads[asked.session.id] = thread
+        self._threads = [*[t for t in self._threads if t.is_alive()], thread]
         thread.start()
 
     def has_posted(self, asked: Asked) -> bool:
-        thread = self._threads.get(asked.session.id)
-        return thread is None or not thread.is_alive()
+        return asked.session.id in self._posted
 
     def withdraw(self) -> None:
         self._withdrawn.set()
-        for thread in self._threads.values():
+        for thread in self._threads:
             thread.join()
-        self._withdrawn, self._threads = threading.Event(), {}
+        self._withdrawn, self._threads = threading.Event(), []
 
     def check(self) -> None:
         if self._failure is not None:
@@ -143,22 +147,31 @@ class PeoplesDesk:
 
     def _guarded(self, asked: Asked, withdrawn: threading.Event) -> None:
         try:
-            self._post_all(asked, withdrawn)
-        except RenderingLost as error:
-            self._ask_no_more(asked, f"Clips can no longer be rendered: {error}")
+            if self._post_all(asked, withdrawn):
+                self._posted.add(asked.session.id)
         except Exception as error:  # a lost attempt, a full disk or no OpenGL ends the run, with its reason
             self._failure = error
 
-    def _post_all(self, asked: Asked, withdrawn: threading.Event) -> None:
-        """One pair is drawn ahead of the one being posted; no more, since a session may be withdrawn."""
-        orders = ((index, self._order(chosen)) for index, chosen in asked.pairs.items())
+    def _post_all(self, asked: Asked, withdrawn: threading.Event) -> bool:
+        """Post every pair, as far as it can be drawn; False when withdrawn in the middle."""
         failed = 0
-        for order, _ in pairwise(chain(orders, [None])):
-            if withdrawn.is_set() or order is None:
-                return
-            failed += not self._post_drawn(asked, *order)
+        try:
+            for index, clips in self._one_ahead(asked):
+                if withdrawn.is_set():
+                    return False
+                failed += not self._post_drawn(asked, index, clips)
+        except RenderingLost as error:
+            self._ask_no_more(asked, f"Clips can no longer be rendered: {error}")
         if failed:
             self._ask_no_more(asked, f"{failed} queries could not be drawn and are not asked.")
+        return True
+
+    def _one_ahead(self, asked: Asked) -> Iterator[tuple[int, Clips]]:
+        """One pair is drawn ahead of the one being posted; no more, since a session may be withdrawn."""
+        ordered = ((index, self._order(chosen)) for index, chosen in asked.pairs.items())
+        for order, _ in pairwise(chain(ordered, [None])):
+            assert order is not None
+            yield order
 
     def _order(self, chosen: Chosen) -> Clips:
         first, second = chosen.pair
@@ -170,7 +183,7 @@ class PeoplesDesk:
     def _post_drawn(self, asked: Asked, index: int, clips: Clips) -> bool:
         """Post the query once its clips are drawn; False when one of them cannot be."""
         try:
-            first, second = (clip.result() for clip in clips)
+            first, second = (clip.result(timeout=DRAWING_SECONDS) for clip in clips)
         except (RenderingLost, RenderingUnavailable):
             raise
         except RenderingError as error:

@@ -62,6 +62,7 @@ class Progress:
         self._rate = StepRate()
         self._measurements: list[Measurement] = []
         self._lock = threading.Lock()
+        self._listening = threading.Lock()
         self._ending = threading.Event()
         self._failure: Exception | None = None
         self._progress = (0, "", utc_now())
@@ -79,9 +80,10 @@ class Progress:
 
     def listen(self) -> Inbox:
         """Look into the record now."""
-        with self.database.read() as session:
-            self.inbox = read_inbox(session, self.claim.run_id)
-        return self.inbox
+        with self._listening:  # two threads listen: the later look must win
+            with self.database.read() as session:
+                self.inbox = read_inbox(session, self.claim.run_id)
+            return self.inbox
 
     def phase(self, phase: str, state: RunState = RunState.RUNNING, *, wanted_answers: int = 0) -> None:
         self.status.phase, self.status.state, self.status.wanted_answers = phase, state, wanted_answers

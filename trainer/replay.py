@@ -80,5 +80,10 @@ def replay(database: Database, store: ArtifactStore, run_id: str, advance: Calla
     repeated = config.model_copy(update={"total_steps": recorded["step"], "device": "cpu", "threads": 1})
     training = replayed_run(repeated, database, store, run_id, UntilStep(advance))
     training.train()
+    while training.fits < recorded["fits"]:  # the checkpoint was taken right after a fit at this very step
+        cursor = training.feedback.before_step(training.step)
+        if cursor is None:
+            break
+        training.learn_reward(cursor)
     torch.set_num_threads(config.threads)
     return Replayed(run_id, recorded["step"], digest(recorded), digest(training.state()))

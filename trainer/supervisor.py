@@ -70,7 +70,7 @@ class Supervisor:
         self.data.heartbeat_path.touch()
         self.reap()
         with self.database.write() as session:
-            interrupt_stale(session, now=utc_now())
+            interrupt_stale(session, now=utc_now(), living={claim.run_id for claim in self.children})
         self.start_queued()
         self.start_command()
 

@@ -54,6 +54,7 @@ class Training:
     step: int = 0
     fits: int = 0
     exploring: bool = True
+    began_at: int = -1
 
     def train(self) -> None:
         """Explore, then learn from the reward until the steps are used up (Algorithm 2)."""
@@ -62,7 +63,7 @@ class Training:
             while (cursor := self.feedback.before_step(self.step)) is not None:  # lines 9–14: ask
                 self.learn_reward(cursor)  # lines 15–17: fit the reward, relabel
             self.end_exploration_when_due()
-            losses = self.update() if self.can_learn() else {}  # lines 19–21
+            losses = self.update() if self.can_learn() and self.step != self.began_at else {}  # lines 19–21
             transitions = self.collector.step(self.choose_actions(), self.step)  # line 22
             self.agent.observe(
                 transitions.observations,
@@ -115,8 +116,9 @@ class Training:
         """What the critics learned was the intrinsic reward: begin anew; the actor stays."""
         if isinstance(self.config.exploration, StateEntropy):
             self.agent.reset_critic()
-            for _ in range(self.config.exploration.reset_updates):
+            for _ in range(self.config.exploration.reset_updates if self.can_learn() else 0):
                 self.agent.update()
+            self.began_at = self.step  # these were this step's updates
 
     # The agent -----------------------------------------------------------------------------------
 
@@ -149,6 +151,7 @@ class Training:
             "step": self.step,
             "fits": self.fits,
             "exploring": self.exploring,
+            "began_at": self.began_at,
             "randomness": self.randomness.state(),
             "collector": self.collector.state(),
             "agent": self.agent.state(),
@@ -159,7 +162,8 @@ class Training:
 
     def load(self, state: dict[str, Any]) -> None:
         """Go on from a state; buffer and pool are restored before."""
-        self.step, self.fits, self.exploring = state["step"], state["fits"], state["exploring"]
+        for name in ("step", "fits", "exploring", "began_at"):
+            setattr(self, name, state[name])
         self.collector.load(state["collector"])
         self.agent.load(state["agent"])
         self.reward.load(state["reward"])

@@ -5,8 +5,11 @@ from __future__ import annotations
 import threading
 import time
 
+import structlog
+
 from labels_db.models import Desired, RunState
 from labels_db.run_config import RunConfig
+from labels_db.storage import ArtifactError
 from trainer.checkpoints import Checkpoints
 from trainer.collector import Transitions
 from trainer.environments.interface import Environment
@@ -14,6 +17,8 @@ from trainer.evaluation import EvaluatedEpisode, evaluate
 from trainer.progress import Progress
 from trainer.rendering import Renderer
 from trainer.training import Training
+
+log = structlog.get_logger()
 
 
 class StopRequestedError(Exception):
@@ -80,9 +85,12 @@ class RecordedUpkeep:
 
     def obey(self) -> None:
         """Stand still while paused; raise to end the attempt."""
+        status = self.progress.status
+        doing = status.phase, status.state
         while self._obey_once() is Desired.PAUSE:
             self.progress.phase("paused", RunState.PAUSED)
             time.sleep(0.05)
+        status.phase, status.state = doing
 
     def _obey_once(self) -> Desired:
         desired = self.progress.check().desired
@@ -130,12 +138,15 @@ class RecordedUpkeep:
         self.phase(doing)
 
     def load(self, training: Training) -> bool:
-        """Go on from the last checkpoint; False when there is none."""
-        manifest = self.checkpoints.latest()
-        if manifest is None:
-            return False
-        self.checkpoints.restore(manifest, training.agent.buffer, training.collector.pool)
-        state = self.checkpoints.state(manifest)
-        self.evaluated = state.pop("evaluated")
-        training.load(state)
-        return True
+        """Go on from the newest checkpoint that can be read; False when the run has none."""
+        for manifest in self.checkpoints.manifests():
+            try:
+                self.checkpoints.restore(manifest, training.agent.buffer, training.collector.pool)
+                state = self.checkpoints.state(manifest)
+            except ArtifactError as error:
+                log.error("a checkpoint is damaged", step=manifest["step"], reason=str(error))
+                continue
+            self.evaluated = state.pop("evaluated")
+            training.load(state)
+            return True
+        return False

@@ -29,7 +29,7 @@ FIELD_OF_VIEW = 30.0  # degrees, vertical: narrow enough to keep limbs near the 
 FRAMINGS = MappingProxyType(
     {
         "acrobot": Framing((0, 0, 2.05), 8.8),
-        "ball_in_cup": Framing((0, 0, 0.29), 1.3),
+        "ball_in_cup": Framing((0, 0, 0.36), 1.6),
         # Following by a share keeps the whole swing in view at both ends of the rail, and the pole large.
         "cartpole": Framing((0, 0, 1), 6.0, elevation=-5, follows="cart", axes="x", share=0.5),
         "cartpole-two_poles": Framing((0, 0, 1), 8.8, elevation=-5, follows="cart", axes="x", share=0.5),

@@ -41,11 +41,14 @@ class Painter:
         if episode_seed != self._episode_drawn:
             self._upload_terrain()
             self._episode_drawn = episode_seed
+        model, data, scene = self._scene.model, self._scene.data, self._renderer.scene
         centre = self._centre()
-        with stage.endless_floor(self._scene.model):
-            self._renderer.update_scene(self._scene.data, self._camera(centre), self._option)
-        stage.settle_ground(self._scene.model, self._renderer.scene)
-        stage.light(self._renderer.scene, centre, self._framing.distance)
+        camera = self._camera(centre)
+        mujoco.mjv_updateCamera(model, data, camera, scene)  # an endless floor goes where it last was
+        with stage.endless_floor(model):
+            self._renderer.update_scene(data, camera, self._option)
+        stage.settle_ground(model, scene)
+        stage.light(scene, centre, self._framing.distance)
         frame: Frame = self._renderer.render()
         return frame
 

@@ -147,11 +147,12 @@ def _floors(model: Any) -> list[int]:
 
 
 def settle_ground(model: Any, scene: Any) -> None:
-    """Ground casts no shadow, for it would fill the shadow map; the floor keeps its tiles."""
+    """Ground casts no shadow, for it would fill the shadow map, and is matt; the floor keeps its tiles."""
+    floors = _floors(model)
     for geom in scene.geoms[: scene.ngeom]:
         if geom.type in GROUND:
-            geom.category = mujoco.mjtCatBit.mjCAT_DECOR
-        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE and geom.size[0] == 0:
+            geom.category, geom.specular = mujoco.mjtCatBit.mjCAT_DECOR, 0
+        if geom.type == mujoco.mjtGeom.mjGEOM_PLANE and geom.objid in floors:
             geom.texrepeat *= _vast(model)  # the texture was laid out for a floor of that size
 
 
