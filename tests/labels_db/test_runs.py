@@ -14,7 +14,7 @@ from labels_db.database import Database
 from labels_db.errors import AttemptLostError, ConflictError, NotFoundError
 from labels_db.models import ALIVE, Desired, Event, FeedbackSession, Run, RunState
 from labels_db.overrides import SettingError
-from labels_db.runs import STALE_AFTER, Claim, Report
+from labels_db.runs import HUNG_AFTER, STALE_AFTER, Claim, Report
 from tests.labels_db import given
 from tests.labels_db.given import NOW, SECOND
 
@@ -139,9 +139,22 @@ def _die(session: Session, *, progress: bool = False) -> RunState:
     assert owner is not None
     if progress:
         runs.made_progress(session, owner)
+    runs.beat(session, owner, runs.Report(RunState.RUNNING, "training", 1), now=NOW)
     assert runs.interrupt_stale(session, now=NOW + STALE_AFTER) == []
     assert runs.interrupt_stale(session, now=NOW + STALE_AFTER + SECOND) == ["mill"]
     return runs.get_run(session, "mill").state
+
+
+def test_a_starting_or_living_trainer_may_be_silent_for_longer(database: Database) -> None:
+    """Libraries load slowly from a cold disk, and a laptop may sleep while its trainer lives."""
+    with database.write() as session:
+        given.a_run(session)
+        owner = runs.claim_run(session, "s", max_parallel=1, now=NOW)
+        assert owner is not None
+        assert runs.interrupt_stale(session, now=NOW + HUNG_AFTER) == []
+        runs.beat(session, owner, runs.Report(RunState.RUNNING, "training", 1), now=NOW)
+        assert runs.interrupt_stale(session, now=NOW + HUNG_AFTER, living={"mill"}) == []
+        assert runs.interrupt_stale(session, now=NOW + HUNG_AFTER + SECOND, living={"mill"}) == ["mill"]
 
 
 def test_three_attempts_without_progress_fail_a_run(database: Database) -> None:

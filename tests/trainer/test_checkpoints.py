@@ -108,8 +108,15 @@ def test_old_checkpoints_go_with_what_only_they_needed(lab: Lab) -> None:
     assert set(lab.store.keys(f"runs/{RUN}/checkpoints")) == needed
 
 
-def test_a_damaged_checkpoint_falls_back_to_the_one_before(lab: Lab) -> None:
+def test_a_finished_run_keeps_its_networks_and_drops_its_rows(lab: Lab) -> None:
     lab.request(small_config())
+    lab.live()
+    names = [key.rpartition("/")[2] for key in lab.store.keys(f"runs/{RUN}/checkpoints")]
+    assert sorted(name.rpartition(".")[2] for name in names) == ["json", "safetensors"]
+
+
+def test_a_damaged_checkpoint_falls_back_to_the_one_before(lab: Lab) -> None:
+    lab.request(small_config(checkpoints__keep_buffer=True))
     lab.live()
     with lab.database.read() as session:
         last, before = checkpoints_of(session, RUN)[:2]

@@ -5,13 +5,25 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from sqlalchemy import select
 
-from labels_db.models import Answer, Choice, Fit, Metric, Query, QueryScore, QueryState, RunState, Segment
+from labels_db.models import (
+    Answer,
+    Choice,
+    Desired,
+    Fit,
+    Metric,
+    Query,
+    QueryScore,
+    QueryState,
+    RunState,
+    Segment,
+)
 from labels_db.records import evaluations_of, fits_of
 from labels_db.run_config import RunConfig
 from labels_db.runs import Claim, attempt_died, extend_run, get_run, resume_run, stop_run
@@ -19,6 +31,7 @@ from tests.trainer.conftest import RUN, Lab, new_lab, small_config
 from tests.trainer.people import Person
 from trainer.attempt import Attempt
 from trainer.checkpoints import Checkpoints
+from trainer.posting import PeoplesDesk
 from trainer.replay import digest, replay
 from trainer.reward_model import RewardModel
 from trainer.upkeep import RecordedUpkeep
@@ -218,6 +231,43 @@ def test_a_run_with_a_person_goes_on_after_a_kill_without_losing_an_answer(lab: 
     assert len({(q.session_id, q.index) for q in queries}) == len(queries)
     assert fits[-1].cursor == len(answers)
     assert replay(lab.database, lab.store, RUN, lambda _steps: None).same
+
+
+def test_stopped_while_clips_are_drawn_it_asks_the_rest_when_it_goes_on(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    post = PeoplesDesk._post
+
+    def slow_post(self: PeoplesDesk, *arguments: Any) -> None:
+        post(self, *arguments)
+        with lab.database.write() as session:
+            if get_run(session, RUN).desired is not Desired.STOP and get_run(session, RUN).attempt == 1:
+                stop_run(session, RUN)
+        time.sleep(1)
+
+    monkeypatch.setattr(PeoplesDesk, "_post", slow_post)
+    lab.request(people_config(feedback__pace="block", feedback__budget=4))
+    assert lab.live() is RunState.STOPPED
+    with lab.database.write() as session:
+        assert len(session.scalars(select(Query)).all()) < 4
+        resume_run(session, RUN)
+    with Person(lab.database, RUN) as person:
+        assert lab.live() is RunState.FINISHED
+    assert person.given == 4
+
+
+def test_a_living_run_that_is_extended_goes_on_to_the_new_end(lab: Lab) -> None:
+    lab.request(small_config())
+    attempt = Attempt(lab.data, lab.claim())
+    with lab.database.write() as session:
+        extend_run(session, RUN, total_steps=1000, budget=None)
+    attempt_config = attempt._config
+    configs = iter([small_config()])
+    attempt._config = lambda: next(configs, None) or attempt_config()  # type: ignore[method-assign]
+    assert attempt.live() is RunState.QUEUED
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        assert get_run(session, RUN).step == 1000
 
 
 def test_only_skips_end_exploration_never_and_the_history_says_so(lab: Lab) -> None:
