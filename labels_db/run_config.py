@@ -332,11 +332,6 @@ class RunConfig(Config):
             )
         if asks and not learned:
             raise ValueError("reward.kind 'true' learns from no answers: set feedback.kind to 'none'")
-        if isinstance(self.feedback, Continuous) and not self.asks_people:
-            raise ValueError(
-                "feedback.kind 'continuous' keeps queries ready for people;"
-                " set feedback.teacher.kind to 'human', or feedback.kind to 'sessions'"
-            )
         if self.exploration.ends_at >= self.total_steps:
             raise ValueError(
                 f"exploration ends at step {self.exploration.ends_at}, so total_steps must be larger,"

@@ -105,6 +105,8 @@ class AlwaysReady:
         self.config = config
 
     def ask(self, asker: Asker, step: int, inbox: Inbox) -> None:
+        if step == asker.where.opened_step:
+            return  # a scripted teacher, who answers at once, would be asked the whole budget at one step
         missing = self.config.ready - inbox.open - inbox.rendering
         stale = step - max(asker.where.opened_step, asker.where.news_step) >= self.config.fresh_steps
         if step < asker.where.next_step or not asker.sampler.can_draw() or not (missing > 0 or stale):

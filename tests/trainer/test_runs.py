@@ -186,7 +186,8 @@ def test_equal_seeds_give_equal_runs_and_other_seeds_others(lab: Lab, undisturbe
 
 
 def people_config(**settings: Any) -> RunConfig:
-    return small_config(feedback__teacher__kind="human", total_steps=1000, feedback__budget=8, **settings)
+    people = {"feedback__teacher__kind": "human", "total_steps": 1000, "feedback__budget": 8}
+    return small_config(**{**people, **settings})
 
 
 @pytest.mark.parametrize(
@@ -268,6 +269,14 @@ def test_a_living_run_that_is_extended_goes_on_to_the_new_end(lab: Lab) -> None:
     assert lab.live() is RunState.FINISHED
     with lab.database.read() as session:
         assert get_run(session, RUN).step == 1000
+
+
+def test_a_scripted_teacher_is_not_asked_the_whole_budget_at_one_step(lab: Lab) -> None:
+    lab.request(small_config(feedback__kind="continuous", total_steps=500))
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        steps = [fit.step for fit in fits_of(session, RUN)]
+    assert len(steps) == len(set(steps)) == 4
 
 
 def test_only_skips_end_exploration_never_and_the_history_says_so(lab: Lab) -> None:
