@@ -38,7 +38,7 @@ TRUE_REWARD = ["--set=reward.kind=true", "--set=feedback.kind=none", "--set=expl
 NO_VIDEO = "--set=evaluation.video=none"
 SWINGUP = [
     ["cartpole-swingup", "--seed", str(seed), NO_VIDEO, *extra]
-    for seed in (1,)
+    for seed in (1, 2, 3)
     for extra in (["--labels", "200"], TRUE_REWARD)
 ]
 EXPERIMENTS = {"windmill": WINDMILL, "swingup": SWINGUP}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime
 
-from sqlalchemy import func, select, update
+from sqlalchemy import func, or_, select, update
 from sqlalchemy.orm import Session
 
 from labels_db.models import FeedbackSession, Query, QueryState, Segment, utc_now
@@ -101,6 +101,13 @@ def fail_query(session: Session, query: Query, reason: str) -> None:
     query.closed_reason = reason
     query.closed_at = utc_now()
     close_session_when_done(session, query.session_id, query.closed_at)
+
+
+def fail_queries_showing(session: Session, segment_id: int, reason: str) -> None:
+    """The segment's clip is lost: fail every open query that shows it."""
+    shows = or_(Query.first_id == segment_id, Query.second_id == segment_id)
+    for query in session.scalars(select(Query).where(shows, Query.state == QueryState.OPEN)).all():
+        fail_query(session, query, reason)
 
 
 def close_query(query: Query, reason: str, now: datetime) -> None:

@@ -14,7 +14,7 @@ from labels_db.models import ENDED, Command
 from labels_db.records import checkpoints_of
 from labels_db.runs import get_run
 
-POLICY_COMMANDS = ("evaluate", "export-policy")
+POLICY_COMMANDS = frozenset({"evaluate", "export-policy"})
 
 
 def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **arguments: Any) -> Command:

@@ -9,6 +9,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from labels_db.history import events_of, recent_answers, recent_queries
+from labels_db.log_tail import log_tail
 from labels_db.models import Metric
 from labels_db.records import evaluations_of, fits_of, metrics_since
 from labels_db.runs import get_run
@@ -24,7 +25,6 @@ from server.api_replies import (
 )
 from server.api_requests import LARGEST, RunId
 from server.api_runs import REFUSED, UNKNOWN
-from server.log_tail import log_tail
 from server.replies import answer_out, evaluation_out
 from server.services import ServicesDep
 

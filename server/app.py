@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Collection
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Collection
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 
 from fastapi import FastAPI
 from starlette.routing import Mount
@@ -67,7 +67,7 @@ def health() -> dict[str, str]:
     return {"status": "ok"}
 
 
-def _lifespan(data: DataFolder):  # type: ignore[no-untyped-def]
+def _lifespan(data: DataFolder) -> Callable[[FastAPI], AbstractAsyncContextManager[None]]:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         database = data.open_database()

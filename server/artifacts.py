@@ -9,6 +9,8 @@ from fastapi import APIRouter, Header
 from starlette.responses import Response
 
 from labels_db.artifacts import clip_of, export_of, video_of
+from labels_db.feedback_sessions import fail_queries_showing
+from labels_db.storage import ArtifactError
 from server.api_requests import Count, RunId
 from server.services import ServicesDep
 from server.templating import FOREVER
@@ -27,7 +29,12 @@ def clip(segment_id: Count, services: ServicesDep, if_none_match: IfNoneMatch = 
     headers = {"ETag": f'"{found.checksum}"', "Cache-Control": FOREVER.replace("public", "private")}
     if if_none_match == headers["ETag"]:
         return Response(status_code=304, headers=headers)
-    data = services.store.read(found.artifact_key, found.checksum)
+    try:
+        data = services.store.read(found.artifact_key, found.checksum)
+    except ArtifactError as error:  # nobody can answer without it, so nobody is to be asked again
+        with services.database.write() as session:
+            fail_queries_showing(session, segment_id, str(error))
+        raise
     return Response(data, media_type="image/webp", headers=headers)
 
 

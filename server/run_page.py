@@ -11,6 +11,7 @@ from starlette.responses import RedirectResponse, Response
 
 from labels_db.goal_cards import change_goal
 from labels_db.history import events_of, open_queries, recent_answers, sessions_of
+from labels_db.log_tail import log_tail
 from labels_db.models import Run, utc_now
 from labels_db.overview import overview
 from labels_db.policy_commands import ask_of_policy
@@ -19,7 +20,6 @@ from labels_db.runs import extend_run, pause_run, resume_run, stop_run
 from server.answer_view import answer_view
 from server.api_requests import LARGEST, GoalText, NewCommand, RunId
 from server.forms import local_path
-from server.log_tail import log_tail
 from server.policy_view import OPERATOR, policy_asks
 from server.run_view import view
 from server.sentences import queue_sentence

@@ -134,6 +134,13 @@ class LabelRun:
             record_evaluation(session, self.owner, step=step, returns=[3.125], measures={}, video_key=None)
             attach_video(session, self.owner, step=step, video_key=key)
 
+    def lose_clip_of(self, query_index: int) -> None:
+        """The store loses what the query's second segment looks like."""
+        with self.database.read() as session:
+            query = session.query(Query).filter_by(run_id=self.run_id, index=query_index).one()
+            assert query.second.clip is not None
+            self.store.delete(query.second.clip.artifact_key)
+
     def archive(self) -> None:
         with self.database.write() as session:
             get_run(session, self.run_id).archived = True
@@ -154,6 +161,11 @@ class LabelRun:
             for answer in answers
             if answer.choice is not None and answer.id not in retracted
         }
+
+    def states(self) -> list[str]:
+        """Each query's state, by its index."""
+        with self.database.read() as session:
+            return [query.state.value for query in session.query(Query).order_by(Query.index)]
 
     def leases(self) -> list[Lease]:
         """All leases ever granted, with their queries, oldest first."""

@@ -12,14 +12,15 @@ import subprocess
 import sys
 import threading
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import structlog
 
 from labels_db import commands
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
+from labels_db.log_tail import log_tail
 from labels_db.models import utc_now
+from labels_db.policy_commands import POLICY_COMMANDS
 from labels_db.runs import Claim, attempt_died, claim_run, interrupt_stale
 from trainer.launcher import Handle, Launcher, LocalLauncher
 
@@ -27,20 +28,12 @@ log = structlog.get_logger()
 
 LOOK_SECONDS = 0.5
 LEAVE_SECONDS = 60
-COMMAND_KINDS = frozenset({"evaluate", "export-policy"})
-"""Commands that need torch; they are done from the run's last checkpoint."""
+LOG_LINES = 12
 
 
 def default_parallel_runs() -> int:
     """One run for every two cores: a run also renders, and the server wants to answer."""
     return max(1, (os.cpu_count() or 1) // 2)
-
-
-def log_tail(path: Path, lines: int = 12) -> str:
-    """The end of a run's log."""
-    if not path.exists():
-        return ""
-    return "\n".join(path.read_text(encoding="utf-8", errors="replace").splitlines()[-lines:])
 
 
 @dataclass
@@ -95,7 +88,7 @@ class Supervisor:
     def _bury(self, claim: Claim, status: int) -> None:
         how = f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
         log.info("ended", run=claim.run_id, attempt=claim.attempt, status=status)
-        tail = log_tail(self.data.log_path(claim.run_id))
+        tail = "\n".join(log_tail(self.data.log_path(claim.run_id), LOG_LINES))
         with self.database.write() as session:
             attempt_died(session, claim, f"The trainer's process {how}. The end of its log:\n{tail}")
 
@@ -104,7 +97,7 @@ class Supervisor:
         if self.command is not None and self.command.poll() is None:
             return
         with self.database.write() as session:
-            taken = commands.take_of_ended_runs(session, COMMAND_KINDS)
+            taken = commands.take_of_ended_runs(session, POLICY_COMMANDS)
             command_id = None if taken is None else taken.id
         if command_id is not None:
             arguments = [sys.executable, "-m", "trainer.commands", str(command_id), str(self.data.path)]

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-import uvicorn
 from playwright.sync_api import BrowserContext, ConsoleMessage, Page, Request
 
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
-from server.app import create_app
-from server.serve import listen
 from server.token import access_token
+from tests.labelling_rig import LabelRun
+from tests.web.label_hand import Hand
+from tests.web.serving import Serving
 
 CHROMIUM = {
     "executable_path": "/usr/bin/chromium",
@@ -50,16 +49,10 @@ class LiveServer:
 
 @pytest.fixture
 def live_server(data: DataFolder, database: Database) -> Iterator[LiveServer]:
-    listener = listen("127.0.0.1", 0)
-    server = uvicorn.Server(uvicorn.Config(create_app(data), log_level="warning", access_log=False))
-    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-    thread.start()
-    try:
-        yield LiveServer(f"http://127.0.0.1:{listener.getsockname()[1]}", data, database)
-    finally:
-        server.should_exit = True
-        thread.join(timeout=10)
-        listener.close()
+    serving = Serving(data)
+    serving.start()
+    yield LiveServer(serving.url, data, database)
+    serving.stop()
 
 
 @dataclass
@@ -92,6 +85,18 @@ def page(context: BrowserContext, live_server: LiveServer) -> Iterator[Page]:
     yield page
     page.close()
     assert watched.complaints == []
+
+
+@pytest.fixture
+def run(live_server: LiveServer) -> LabelRun:
+    """A run that asks people, without a trainer behind it."""
+    return LabelRun(live_server.database, live_server.data.open_store()).begin()
+
+
+@pytest.fixture
+def hand(page: Page, live_server: LiveServer, run: LabelRun) -> Hand:
+    """Somebody at that run's labelling page."""
+    return Hand(page, live_server.url, run)
 
 
 @pytest.fixture

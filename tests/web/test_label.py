@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import re
 
-import pytest
 from playwright.sync_api import Page, Response, expect
 
 from tests.labelling_rig import LabelRun, has_true_return
-from tests.web.conftest import LiveServer
 from tests.web.label_hand import Hand
 
 # Which clip a canvas shows: its pixels, compared with the same frame of each clip's sheet.
@@ -24,16 +22,6 @@ SHOWS = """async ([side, url]) => {
     const expected = other.getImageData(0, 0, canvas.width, canvas.height).data;
     return seen.every((value, index) => value === expected[index]);
 }"""
-
-
-@pytest.fixture
-def run(live_server: LiveServer) -> LabelRun:
-    return LabelRun(live_server.database, live_server.data.open_store()).begin()
-
-
-@pytest.fixture
-def hand(page: Page, live_server: LiveServer, run: LabelRun) -> Hand:
-    return Hand(page, live_server.url, run)
 
 
 def test_a_swapped_and_an_unswapped_pair(hand: Hand, run: LabelRun, page: Page) -> None:

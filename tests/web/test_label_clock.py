@@ -8,7 +8,6 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.labelling_rig import LabelRun
-from tests.web.conftest import LiveServer
 from tests.web.label_hand import Hand
 from tests.web.pictures import FRAMES
 
@@ -35,16 +34,6 @@ LATENCIES = """() => {
     const shown = marks("pebble:shown");
     return marks("pebble:key").map((key) => shown.find((time) => time > key) - key);
 }"""
-
-
-@pytest.fixture
-def run(live_server: LiveServer) -> LabelRun:
-    return LabelRun(live_server.database, live_server.data.open_store()).begin()
-
-
-@pytest.fixture
-def hand(page: Page, live_server: LiveServer, run: LabelRun) -> Hand:
-    return Hand(page, live_server.url, run)
 
 
 def test_both_clips_show_the_same_frame_at_all_times(hand: Hand, run: LabelRun, page: Page) -> None:

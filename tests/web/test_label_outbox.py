@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 import pytest
-import uvicorn
 from playwright.sync_api import Page, Route, expect
 
-from server.app import create_app
-from server.serve import listen
+from labels_db.data_folder import DataFolder
+from labels_db.database import Database
 from tests.labelling_rig import LabelRun
 from tests.web.conftest import LiveServer
 from tests.web.label_hand import Hand
-
-
-@pytest.fixture
-def run(live_server: LiveServer) -> LabelRun:
-    return LabelRun(live_server.database, live_server.data.open_store()).begin()
-
-
-@pytest.fixture
-def hand(page: Page, live_server: LiveServer, run: LabelRun) -> Hand:
-    return Hand(page, live_server.url, run)
+from tests.web.serving import Serving
 
 
 def test_answers_given_offline_arrive_later(hand: Hand, run: LabelRun, page: Page) -> None:
@@ -93,50 +81,35 @@ def test_leaving_gives_the_pairs_back(hand: Hand, run: LabelRun, page: Page) -> 
     assert len(run.lend_to("Bob", count=4)) == 4
 
 
-@dataclass
-class Restartable:
-    """The application on one port, again and again."""
-
-    live: LiveServer
-    port: int = 0
-    server: uvicorn.Server | None = None
-    threads: list[threading.Thread] = field(default_factory=list)
-
-    def start(self) -> None:
-        listener = listen("127.0.0.1", self.port)
-        self.port = listener.getsockname()[1]
-        config = uvicorn.Config(create_app(self.live.data), log_level="critical", access_log=False)
-        self.server = uvicorn.Server(config)
-        thread = threading.Thread(target=self.server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        self.threads.append(thread)
-
-    def stop(self) -> None:
-        assert self.server is not None, "start first"
-        self.server.should_exit = True
-        self.threads[-1].join(timeout=10)
+def test_a_pair_whose_clip_is_lost_is_asked_of_nobody_again(hand: Hand, run: LabelRun) -> None:
+    run.post(4)
+    run.lend_to("Ann", count=4, swapped=False)
+    run.lose_clip_of(1)
+    hand.open().answer("ArrowLeft", "ArrowRight").press("ArrowUp").saved()
+    assert run.standing() == {0: "first", 2: "second", 3: "equal"}
+    assert run.states() == ["closed", "failed", "closed", "closed"]
 
 
 @pytest.fixture
-def restartable(live_server: LiveServer) -> Iterator[Restartable]:
-    made = Restartable(live_server)
-    made.start()
-    yield made
-    made.stop()
+def restartable(data: DataFolder, database: Database) -> Iterator[Serving]:
+    assert database
+    serving = Serving(data)
+    serving.start()
+    yield serving
+    serving.stop()
 
 
 def test_a_server_that_restarts(
-    run: LabelRun, restartable: Restartable, live_server: LiveServer, page: Page
+    run: LabelRun, restartable: Serving, live_server: LiveServer, page: Page
 ) -> None:
     run.post(8)
     run.lend_to("Ann", count=8, swapped=False)
-    url = f"http://127.0.0.1:{restartable.port}"
     other = page.context.browser
     assert other is not None
     context = other.new_context()
     page = context.new_page()
-    page.goto(f"{url}/?token={live_server.token}")
-    hand = Hand(page, url, run).open()
+    page.goto(f"{restartable.url}/?token={live_server.token}")
+    hand = Hand(page, restartable.url, run).open()
     hand.answer("ArrowLeft").saved()
     restartable.stop()
     hand.answer("ArrowUp", "ArrowRight")
