@@ -153,6 +153,12 @@ class StateEntropy(Config):
     transform: Literal["distance", "log"] = Field(
         "distance", description="The reward is the distance itself, or its logarithm as in the paper."
     )
+    states_compared: int | None = Field(
+        None,
+        ge=100,
+        le=10_000_000,
+        description="Random states of the buffer among which neighbours are sought; empty: all, as in the paper.",
+    )
     reset_updates: int = Field(
         100, ge=0, le=100_000, description="Updates of the new critics right after the first fit."
     )
@@ -320,6 +326,10 @@ class RunConfig(Config):
     environments: int = Field(1, ge=1, le=256, description="Copies stepped side by side.")
     device: Literal["auto", "cpu", "cuda"] = Field(
         "auto", description="Where networks live; auto prefers a GPU."
+    )
+    precision: Literal["float32", "auto"] = Field(
+        "float32",
+        description="Large products of matrices on a CPU; auto takes bfloat16 where the processor is fast at it.",
     )
     threads: int = Field(1, ge=1, le=256, description="Threads of the trainer's arithmetic on the CPU.")
 

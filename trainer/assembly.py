@@ -69,7 +69,7 @@ def assemble(
         agent=agent,
         reward=reward,
         model=reward.model if isinstance(reward, ModelReward) else None,
-        intrinsic=StateEntropyReward(explores, agent.buffer) if explores else None,
+        intrinsic=StateEntropyReward(explores, agent.buffer, randomness) if explores else None,
         feedback=feedback,
         answered=answered,
         journal=journal,

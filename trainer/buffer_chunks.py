@@ -71,7 +71,8 @@ class BufferChunks:
         return Chunk(first, stop, **put)
 
     def _put(self, arrays: dict[str, np.ndarray[Any, Any]]) -> dict[str, str]:
-        data = bytes(save_arrays(arrays))
+        # A column of a table is not contiguous, and safetensors would take the bytes that follow its first.
+        data = bytes(save_arrays({name: np.ascontiguousarray(array) for name, array in arrays.items()}))
         digest = sha256(data)
         key = f"{self.folder}/{digest}.safetensors"
         if not self.store.exists(key):

@@ -9,23 +9,14 @@ import torch
 from torch import Tensor
 
 from labels_db.run_config import StateEntropy
+from trainer.neighbours import neighbour_distance
+from trainer.randomness import Randomness
 from trainer.replay_buffer import Batch, ReplayBuffer
 
 TRANSFORMS: dict[str, Callable[[Tensor], Tensor]] = {
     "distance": lambda distance: distance,
     "log": lambda distance: torch.log(1e-6 + distance),
 }
-
-
-def neighbour_distance(rows: Tensor, states: Tensor, k: int) -> Tensor:
-    """L2 distance from each of `states[rows]` to its k-th nearest among all `states` but itself: [B].
-
-    With no more than k states the farthest stands in.
-    """
-    distance = torch.cdist(states[rows], states, compute_mode="donot_use_mm_for_euclid_dist")
-    distance[torch.arange(len(rows), device=states.device), rows] = torch.inf
-    # The k smallest and the last of them: several times faster than `kthvalue` on a CPU.
-    return distance.topk(max(1, min(k, len(states) - 1)), dim=1, largest=False).values[:, -1]
 
 
 class RunningDeviation:
@@ -64,13 +55,25 @@ class StateEntropyReward:
     Computed when sampled, never stored; neither centred nor clipped.
     """
 
-    def __init__(self, config: StateEntropy, buffer: ReplayBuffer) -> None:
+    def __init__(self, config: StateEntropy, buffer: ReplayBuffer, randomness: Randomness) -> None:
         self.config = config
         self.buffer = buffer
         self.deviation = RunningDeviation()
+        self._choosing = randomness.torch("states compared", buffer.device)
 
     def __call__(self, batch: Batch) -> Tensor:
-        distance = neighbour_distance(batch.rows, self.buffer.observations(), self.config.neighbours)
+        states, own = self._compared(batch)
+        distance = neighbour_distance(batch.observation, own, states, self.config.neighbours)
         reward = TRANSFORMS[self.config.transform](distance)
         self.deviation.update(reward)
         return reward / self.deviation.value
+
+    def _compared(self, batch: Batch) -> tuple[Tensor, Tensor]:
+        """The states that count, and where the batch's own are among them (−1: nowhere)."""
+        states, most = self.buffer.observations(), self.config.states_compared
+        if most is None or len(states) <= most:
+            return states, batch.rows
+        drawn = torch.randint(len(states), (most,), generator=self._choosing, device=states.device)
+        rows = torch.unique(drawn)
+        place = torch.searchsorted(rows, batch.rows).clamp(max=len(rows) - 1)
+        return states[rows], torch.where(rows[place] == batch.rows, place, -1)

@@ -1,4 +1,7 @@
-"""Networks: an ensemble of multilayer perceptrons evaluated as one, and the tanh-Gaussian policy."""
+"""Networks: an ensemble of multilayer perceptrons evaluated as one, and the tanh-Gaussian policy.
+
+What is here runs under autograd and is the reference; `trainer.passes` does the same by hand, faster.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,8 @@ import torch.nn.functional as F  # noqa: N812  (PyTorch's own convention)
 from torch import Tensor, nn
 
 Initialiser = Callable[[Tensor, Tensor, torch.Generator], None]
+Layer = tuple[Tensor, Tensor]
+"""Weight [E, in, out] and bias [E, 1, out]."""
 
 
 def orthogonal(weight: Tensor, bias: Tensor, generator: torch.Generator) -> None:
@@ -26,49 +31,51 @@ def linear_default(weight: Tensor, bias: Tensor, generator: torch.Generator) -> 
     nn.init.uniform_(bias, -bound, bound, generator=generator)
 
 
-class EnsembleLinear(nn.Module):
-    """E independent linear maps: [E, B, in] → [E, B, out]."""
-
-    def __init__(
-        self, members: int, inputs: int, outputs: int, init: Initialiser, generator: torch.Generator
-    ) -> None:
-        super().__init__()
-        self.weight = nn.Parameter(torch.empty(members, inputs, outputs))
-        self.bias = nn.Parameter(torch.empty(members, 1, outputs))
-        with torch.no_grad():
-            for member in range(members):
-                init(self.weight[member], self.bias[member], generator)
-
-    def forward(self, x: Tensor) -> Tensor:
-        return torch.baddbmm(self.bias, x, self.weight)
-
-
 class EnsembleMLP(nn.Module):
-    """E independent perceptrons on the same input or on one each: [B, in] or [E, B, in] → [E, B, out]."""
+    """E independent perceptrons on the same input or on one each: [B, in] or [E, B, in] → [E, B, out].
+
+    Between its linear layers x becomes max(x, slope·x). All weights lie in one parameter, `flat`, so that an
+    optimiser's step, a Polyak average or a change of precision is one operation, however many layers there are.
+    """
 
     def __init__(
         self,
         members: int,
         sizes: Sequence[int],
-        activation: Callable[[Tensor], Tensor],
+        slope: float,
         init: Initialiser,
         generator: torch.Generator,
     ) -> None:
         super().__init__()
         self.members = members
-        self.activation = activation
-        self.layers = nn.ModuleList(
-            EnsembleLinear(members, inputs, outputs, init, generator)
-            for inputs, outputs in itertools.pairwise(sizes)
-        )
+        self.sizes = tuple(sizes)
+        self.slope = slope
+        count = sum((inputs + 1) * outputs for inputs, outputs in itertools.pairwise(sizes))
+        self.flat = nn.Parameter(torch.empty(members * count))
+        with torch.no_grad():
+            for weight, bias in self.layers():
+                for member in range(members):
+                    init(weight[member], bias[member], generator)
+
+    def layers(self, flat: Tensor | None = None) -> list[Layer]:
+        """Each layer's weight [E, in, out] and bias [E, 1, out] as views of `flat`, or of a tensor like it."""
+        flat = self.flat if flat is None else flat
+        found, start = [], 0
+        for inputs, outputs in itertools.pairwise(self.sizes):
+            middle = start + self.members * inputs * outputs
+            end = middle + self.members * outputs
+            weight = flat[start:middle].view(self.members, inputs, outputs)
+            found.append((weight, flat[middle:end].view(self.members, 1, outputs)))
+            start = end
+        return found
 
     def forward(self, x: Tensor) -> Tensor:
         if x.dim() == 2:
             x = x.expand(self.members, *x.shape)
-        for layer in self.layers[:-1]:
-            x = self.activation(layer(x))
-        last: Tensor = self.layers[-1](x)
-        return last
+        *hidden, (weight, bias) = self.layers()
+        for hidden_weight, hidden_bias in hidden:
+            x = F.leaky_relu(torch.baddbmm(hidden_bias, x, hidden_weight), self.slope)
+        return torch.baddbmm(bias, x, weight)
 
 
 class Actor(nn.Module):
@@ -81,24 +88,28 @@ class Actor(nn.Module):
     ) -> None:
         super().__init__()
         sizes = [observation_size, *[width] * depth, 2 * action_size]
-        self.trunk = EnsembleMLP(1, sizes, F.relu, orthogonal, generator)
+        self.trunk = EnsembleMLP(1, sizes, 0.0, orthogonal, generator)
 
     def forward(self, observation: Tensor) -> tuple[Tensor, Tensor]:
         """Mean and log standard deviation before squashing, each [B, A]."""
         mean, raw = self.trunk(observation)[0].chunk(2, dim=-1)
-        half_range = 0.5 * (self.LOG_STD_MAX - self.LOG_STD_MIN)
-        return mean, self.LOG_STD_MIN + half_range * (torch.tanh(raw) + 1)
+        return mean, bounded_log_std(torch.tanh(raw))
 
     def best(self, observation: Tensor) -> Tensor:
         """tanh(μ): the action when evaluated, [B, A]."""
         return torch.tanh(self(observation)[0])
 
-    def sample(self, observation: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
-        """A reparametrised action [B, A] and its log-probability [B]."""
+    def sample(self, observation: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]:
+        """The action [B, A] that standard normal noise [B, A] makes, reparametrised, and its log-probability [B]."""
         mean, log_std = self(observation)
-        noise = torch.randn(mean.shape, generator=generator, device=mean.device)
         before = mean + log_std.exp() * noise
         return torch.tanh(before), tanh_gaussian_log_prob(before, mean, log_std)
+
+
+def bounded_log_std(tanh_of_raw: Tensor) -> Tensor:
+    """log σ = −5 + 3.5·(tanh(raw) + 1)."""
+    half_range = 0.5 * (Actor.LOG_STD_MAX - Actor.LOG_STD_MIN)
+    return Actor.LOG_STD_MIN + half_range * (tanh_of_raw + 1)
 
 
 def tanh_gaussian_log_prob(before: Tensor, mean: Tensor, log_std: Tensor) -> Tensor:
@@ -120,7 +131,7 @@ class Critic(nn.Module):
     ) -> None:
         super().__init__()
         sizes = [observation_size + action_size, *[width] * depth, 1]
-        self.twins = EnsembleMLP(2, sizes, F.relu, orthogonal, generator)
+        self.twins = EnsembleMLP(2, sizes, 0.0, orthogonal, generator)
 
     def forward(self, observation: Tensor, action: Tensor) -> Tensor:
         """Both values, [2, B]."""

@@ -32,9 +32,8 @@ class TrainedPolicy:
 
     def layers(self) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
         """Weight [in, out] and bias [out] of each layer, the last one for tanh(μ) only."""
-        state = {name: tensor.numpy() for name, tensor in self.actor.trunk.state_dict().items()}
-        count = len(self.actor.trunk.layers)
-        layers = [(state[f"layers.{i}.weight"][0], state[f"layers.{i}.bias"][0, 0]) for i in range(count)]
+        flat = self.actor.trunk.flat.detach()
+        layers = [(w[0].numpy(), b[0, 0].numpy()) for w, b in self.actor.trunk.layers(flat)]
         weight, bias = layers[-1]
         size = len(bias) // 2
         return [*layers[:-1], (weight[:, :size], bias[:size])]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import torch
+import torch.nn.functional as F  # noqa: N812  (PyTorch's own convention)
 from torch import Tensor
 
 from labels_db.run_config import Disagreement, Entropy, SchemeConfig, Uniform
-from trainer.reward_model import RewardModel
-from trainer.segments import Pair, PairSampler, stack_inputs
+from trainer.reward_model import RewardModel, preference_logit
+from trainer.segments import Pair, PairSampler, SegmentData
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,30 @@ SCORES: dict[type, Callable[[Tensor], Tensor] | None] = {
 }
 
 
+def pair_probabilities(model: RewardModel, pairs: Sequence[Pair]) -> Tensor:
+    """Each member's P[σ¹ ≻ σ⁰] of candidate pairs, [E, n].
+
+    Candidates overlap, so each step of an episode is scored once; a segment's sum is then the difference of two
+    running sums.
+    """
+    segments = [segment for pair in pairs for segment in pair]
+    sums = segment_sums(model, segments).view(-1, len(pairs), 2)
+    return torch.sigmoid(preference_logit(sums[..., 0], sums[..., 1]))
+
+
+def segment_sums(model: RewardModel, segments: Sequence[SegmentData]) -> Tensor:
+    """Each member's undiscounted sum over each segment, [E, n]; running sums in double precision."""
+    episodes = {segment.episode.number: segment.episode for segment in segments}
+    inputs = [np.concatenate([e.observations, e.actions], -1, dtype=np.float32) for e in episodes.values()]
+    ends = np.cumsum([len(episode) for episode in episodes.values()])
+    begins = dict(zip(episodes, (ends - [len(e) for e in episodes.values()]).tolist(), strict=True))
+    rewards = model.member_rewards(torch.from_numpy(np.concatenate(inputs)).to(model.device))
+    running = F.pad(rewards.double().cumsum(1), (1, 0))
+    starts = torch.tensor([begins[s.episode.number] + s.start for s in segments], device=model.device)
+    lengths = torch.tensor([segment.length for segment in segments], device=model.device)
+    return (running[:, starts + lengths] - running[:, starts]).float()
+
+
 def select(
     scheme: SchemeConfig, sampler: PairSampler, model: RewardModel, count: int, candidates_per_query: int
 ) -> list[Chosen]:
@@ -49,7 +74,6 @@ def select(
     if score is None:
         return [Chosen(pair, scheme.kind, None) for pair in sampler.draw(count)]
     pairs = sampler.draw(count * candidates_per_query)
-    first, second = (stack_inputs([pair[side] for pair in pairs]).to(model.device) for side in (0, 1))
-    scores = score(model.probabilities(first, second)).cpu().numpy()
+    scores = score(pair_probabilities(model, pairs)).cpu().numpy()
     best = np.argsort(-scores, kind="stable")[:count]
     return [Chosen(pairs[row], scheme.kind, float(scores[row])) for row in best]

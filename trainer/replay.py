@@ -11,6 +11,7 @@ import torch
 from labels_db.database import Database
 from labels_db.runs import Claim, config_of, get_run
 from labels_db.storage import ArtifactStore, sha256
+from trainer.agents.update import Losses
 from trainer.assembly import replayed_run
 from trainer.checkpoints import CheckpointError, Checkpoints
 from trainer.collector import Transitions
@@ -52,7 +53,7 @@ class UntilStep:
     def before_step(self, training: Training) -> None:
         """Nobody is obeyed."""
 
-    def after_step(self, training: Training, transitions: Transitions, losses: dict[str, float]) -> None:
+    def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         self.advance(len(transitions.actions))
 
     def phase(self, phase: str) -> None:

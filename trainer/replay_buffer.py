@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-RewardFunction = Callable[[Tensor, Tensor], Tensor]
-"""(observation [B, D], action [B, A]) → reward [B]."""
+RewardFunction = Callable[[Tensor], Tensor]
+"""Observation and action joined, [B, D + A] → reward [B]."""
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,11 @@ class Batch:
     reward: Tensor
     next_observation: Tensor
     not_terminated: Tensor
+
+    @property
+    def inputs(self) -> Tensor:
+        """Observation and action joined, as critics and reward models take them."""
+        return torch.cat([self.observation, self.action], -1)
 
 
 class ReplayBuffer:
@@ -36,11 +41,17 @@ class ReplayBuffer:
         self.capacity = capacity
         self.added = 0
         self.device = torch.device(device)
-        self.observation = torch.empty(capacity, observation_size, device=device)
-        self.action = torch.empty(capacity, action_size, device=device)
-        self.reward = torch.empty(capacity, device=device)
-        self.next_observation = torch.empty(capacity, observation_size, device=device)
-        self.not_terminated = torch.empty(capacity, device=device)
+        # One table, so that a minibatch is gathered at once; the columns are views of it.
+        self._sizes = [observation_size, action_size, 1, observation_size, 1]
+        self.table = torch.empty(capacity, sum(self._sizes), device=device)
+        self.inputs = self.table[:, : observation_size + action_size]
+        self.observation, self.action, self.reward, self.next_observation, self.not_terminated = (
+            self._columns(self.table)
+        )
+
+    def _columns(self, rows: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+        observation, action, reward, following, going_on = torch.split_with_sizes(rows, self._sizes, 1)
+        return observation, action, reward[:, 0], following, going_on[:, 0]
 
     def __len__(self) -> int:
         return min(self.added, self.capacity)
@@ -66,14 +77,7 @@ class ReplayBuffer:
     def sample(self, size: int, generator: torch.Generator) -> Batch:
         """Uniform with replacement."""
         rows = torch.randint(len(self), (size,), generator=generator, device=self.device)
-        return Batch(
-            rows,
-            self.observation[rows],
-            self.action[rows],
-            self.reward[rows],
-            self.next_observation[rows],
-            self.not_terminated[rows],
-        )
+        return Batch(rows, *self._columns(self.table.index_select(0, rows)))
 
     def observations(self) -> Tensor:
         """Every stored observation, [len, D]."""
@@ -84,4 +88,4 @@ class ReplayBuffer:
         """Write the stored reward of every valid row anew (Algorithm 2, line 17), wrapped ring or not."""
         for start in range(0, len(self), self.RELABEL_ROWS):
             rows = slice(start, min(start + self.RELABEL_ROWS, len(self)))
-            self.reward[rows] = reward(self.observation[rows], self.action[rows])
+            self.reward[rows] = reward(self.inputs[rows])

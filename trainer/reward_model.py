@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import torch
@@ -13,10 +12,14 @@ from torch import Tensor
 
 from labels_db.records import FitReport
 from labels_db.run_config import LearnedReward
+from trainer.adam import FlatAdam
 from trainer.networks import EnsembleMLP, linear_default
+from trainer.passes import Passes, Room
 from trainer.randomness import Randomness
 
-leaky_relu = partial(F.leaky_relu, negative_slope=0.01)
+LEAKY_SLOPE = 0.01
+LAYER_BYTES = 1 << 21
+"""What one layer of all members may take at a time: all layers together then stay in a processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +47,13 @@ def preference_logit(first_sums: Tensor, second_sums: Tensor) -> Tensor:
 
 def preference_loss(logit: Tensor, label: Tensor, smoothing: float = 0.0) -> Tensor:
     """Cross-entropy with soft targets (equation 4), each pair's: [E, n] and [n] → [E, n]."""
-    soft = label + smoothing * (0.5 - label)
-    return F.binary_cross_entropy_with_logits(logit, soft.expand_as(logit), reduction="none")
+    soft = smoothed(label, smoothing).expand_as(logit)
+    return F.binary_cross_entropy_with_logits(logit, soft, reduction="none")
+
+
+def smoothed(label: Tensor, smoothing: float) -> Tensor:
+    """The label with a share of it moved to ½."""
+    return label + smoothing * (0.5 - label)
 
 
 def correct(logit: Tensor, label: Tensor) -> Tensor:
@@ -57,9 +65,6 @@ def correct(logit: Tensor, label: Tensor) -> Tensor:
 class RewardModel:
     """E networks of (s, a), each ending in tanh: r̂ ∈ (−1, 1) is their plain mean."""
 
-    ROWS = 65_536
-    """State-action pairs evaluated at a time where gradients are not needed."""
-
     def __init__(
         self,
         config: LearnedReward,
@@ -67,40 +72,39 @@ class RewardModel:
         action_size: int,
         randomness: Randomness,
         device: torch.device,
+        precision: torch.dtype = torch.float32,
     ) -> None:
         self.config = config
         self.device = device
         sizes = [observation_size + action_size, *[config.width] * config.depth, 1]
         weights = randomness.torch("reward weights")
         self._order = randomness.torch("reward batches")
-        self.members = EnsembleMLP(config.members, sizes, leaky_relu, linear_default, weights).to(device)
-        self.optimizer = torch.optim.Adam(self.members.parameters(), lr=config.learning_rate, fused=True)
+        self.members = EnsembleMLP(config.members, sizes, LEAKY_SLOPE, linear_default, weights).to(device)
+        self.optimizer = FlatAdam((self.members.flat, config.learning_rate))
+        self._passes = Passes(self.members, precision, Room(device))
+        bytes_per_row = config.members * config.width * torch.empty(0, dtype=precision).element_size()
+        self._rows = max(64, LAYER_BYTES // bytes_per_row)
 
     # What it says --------------------------------------------------------------------------------
 
-    def __call__(self, observation: Tensor, action: Tensor) -> Tensor:
-        """r̂(s, a), the mean over members: [B, D], [B, A] → [B]."""
-        with torch.no_grad():
-            return self._rewards(torch.cat([observation, action], -1)).mean(0)
+    def __call__(self, inputs: Tensor) -> Tensor:
+        """r̂(s, a), the mean over members, of observation and action joined: [B, D + A] → [B]."""
+        return self.member_rewards(inputs).mean(0)
 
-    def _rewards(self, inputs: Tensor) -> Tensor:
+    @torch.no_grad()
+    def member_rewards(self, inputs: Tensor) -> Tensor:
         """Each member's reward, [B, D + A] → [E, B]."""
-        return torch.tanh(self.members(inputs)[..., 0])
+        parts = [torch.tanh(self._passes.forward(rows)[..., 0]) for rows in torch.split(inputs, self._rows)]
+        return torch.cat(parts, 1)
 
     def segment_sums(self, segments: Tensor) -> Tensor:
         """Each member's undiscounted sum over each segment, [n, H, D + A] → [E, n]."""
         count, steps = segments.shape[:2]
-        return self._rewards(segments.flatten(0, 1)).view(-1, count, steps).sum(-1)
+        return self.member_rewards(segments.flatten(0, 1)).view(-1, count, steps).sum(-1)
 
-    @torch.no_grad()
     def probabilities(self, first: Tensor, second: Tensor) -> Tensor:
         """Each member's P[σ¹ ≻ σ⁰], [n, H, D + A] twice → [E, n]."""
-        rows = max(1, self.ROWS // first.shape[1])
-        parts = [
-            torch.sigmoid(preference_logit(self.segment_sums(a), self.segment_sums(b)))
-            for a, b in zip(torch.split(first, rows), torch.split(second, rows), strict=True)
-        ]
-        return torch.cat(parts, 1)
+        return torch.sigmoid(preference_logit(self.segment_sums(first), self.segment_sums(second)))
 
     # How it learns -------------------------------------------------------------------------------
 
@@ -117,7 +121,6 @@ class RewardModel:
                 break
         return FitReport(len(preferences), epochs, accuracy, fresh_accuracy)
 
-    @torch.no_grad()
     def accuracy(self, preferences: Preferences) -> float | None:
         """Share of decided pairs on which a member agrees with the teacher, over all members."""
         logit = preference_logit(self.segment_sums(preferences.first), self.segment_sums(preferences.second))
@@ -133,33 +136,43 @@ class RewardModel:
         )
         yield from torch.split(orders.to(self.device), self.config.batch_size, dim=1)
 
+    @torch.no_grad()
     def _learn(self, preferences: Preferences, rows: Tensor) -> Tensor:
-        """One step of Adam on each member's own batch, rows [E, b]; returns what was right before it."""
-        label = preferences.label[rows]
-        logit = preference_logit(
-            self._own_sums(preferences.first[rows]), self._own_sums(preferences.second[rows])
-        )
-        loss = preference_loss(logit, label, self.config.label_smoothing).mean(1).sum()
-        self.optimizer.zero_grad(set_to_none=True)
-        loss.backward()  # type: ignore[no-untyped-call]
-        self.optimizer.step()
-        decided = label != 0.5
-        return ((logit.detach() > 0) == (label > 0.5))[decided]
+        """One step of Adam on each member's own batch, rows [E, b]; returns what was right before it.
 
-    def _own_sums(self, segments: Tensor) -> Tensor:
-        """Sums of each member over its own segments, [E, b, H, D + A] → [E, b]."""
-        members, count, steps = segments.shape[:3]
-        rewards: Tensor = self.members(segments.flatten(1, 2))[..., 0]
-        return torch.tanh(rewards).view(members, count, steps).sum(-1)
+        The batch goes through in parts small enough for the processor's cache; their gradients add up.
+        """
+        gradients, right = torch.zeros_like(self.members.flat), []
+        pairs = max(1, self._rows // (2 * preferences.first.shape[1]))
+        for part in torch.split(rows, pairs, dim=1):
+            right.append(self._backward(preferences, part, 1 / rows.shape[1]))
+            gradients += self._passes.gradient
+        self._passes.gradient.copy_(gradients)
+        self.optimizer.step()
+        self._passes.refresh()
+        return torch.cat(right)
+
+    def _backward(self, preferences: Preferences, rows: Tensor, weight: float) -> Tensor:
+        """The gradient of a weighted sum of losses, rows [E, b]; the derivative of one by its logit is P − y."""
+        label = preferences.label[rows]
+        inputs = torch.cat([preferences.first[rows], preferences.second[rows]], 1)
+        rewards = torch.tanh(self._passes.forward(inputs.flatten(1, 2))[..., 0]).view(*inputs.shape[:3])
+        first, second = rewards.sum(-1).chunk(2, 1)
+        logit = preference_logit(first, second)
+        by_logit = (torch.sigmoid(logit) - smoothed(label, self.config.label_smoothing)) * weight
+        by_reward = torch.cat([-by_logit, by_logit], 1)[..., None] * (1 - rewards**2)
+        self._passes.backward(by_reward.flatten(1)[..., None])
+        return ((logit > 0) == (label > 0.5))[label != 0.5]
 
     # Checkpoints ---------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        return {"members": self.members.state_dict(), "optimizer": self.optimizer.state_dict()}
+        return {"members": self.members.state_dict(), "optimizer": self.optimizer.state()}
 
     def load(self, state: dict[str, Any]) -> None:
         self.members.load_state_dict(state["members"])
-        self.optimizer.load_state_dict(state["optimizer"])
+        self.optimizer.load(state["optimizer"])
+        self._passes.refresh()
 
 
 def _share(right: Tensor) -> float | None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from labels_db.run_config import LearnedReward, RunConfig, TrueReward
 from trainer.collector import Transitions
+from trainer.precision import product_precision
 from trainer.randomness import Randomness
 from trainer.reward_model import RewardModel
 
@@ -43,11 +44,9 @@ class ModelReward:
         self.model = model
 
     def of(self, transitions: Transitions) -> NDArray[np.float32]:
-        observations, actions = (
-            torch.as_tensor(column, device=self.model.device)
-            for column in (transitions.observations, transitions.actions)
-        )
-        rewards: NDArray[np.float32] = self.model(observations, actions).cpu().numpy()
+        inputs = np.concatenate([transitions.observations, transitions.actions], -1)
+        given = torch.as_tensor(inputs, device=self.model.device)
+        rewards: NDArray[np.float32] = self.model(given).cpu().numpy()
         return rewards
 
     def state(self) -> dict[str, Any]:
@@ -67,7 +66,9 @@ def make_reward_source(
 def _learned(config: RunConfig, randomness: Randomness, device: torch.device) -> ModelReward:
     assert isinstance(config.reward, LearnedReward)
     known = config.catalogue_entry
-    model = RewardModel(config.reward, known.observation_size, known.action_size, randomness, device)
+    reward, rows = config.reward, config.reward.batch_size * 2 * config.segment_steps
+    precision = product_precision(config, device, rows=rows, width=reward.width)
+    model = RewardModel(reward, known.observation_size, known.action_size, randomness, device, precision)
     return ModelReward(model)
 
 

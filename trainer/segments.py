@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 from safetensors.numpy import load as load_arrays
 from safetensors.numpy import save as save_arrays
-from torch import Tensor
 
 from trainer.episodes import Array, EpisodePool, FinishedEpisode
 
@@ -85,8 +83,3 @@ class PairSampler:
         episode = episodes[self.rng.integers(len(episodes))]
         start = int(self.rng.integers(len(episode) - self.length + 1))
         return SegmentData(episode, start, self.length)
-
-
-def stack_inputs(segments: list[SegmentData]) -> Tensor:
-    """[n, H, D + A]."""
-    return torch.from_numpy(np.stack([segment.inputs for segment in segments]).astype(np.float32))

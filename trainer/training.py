@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from labels_db.run_config import RunConfig, StateEntropy
 from trainer.agents.sac import BatchReward, SACAgent, stored_reward
+from trainer.agents.update import Losses
 from trainer.collector import Collector, Transitions
 from trainer.exploration import StateEntropyReward
 from trainer.feedback import Feedback
@@ -26,7 +27,7 @@ class Upkeep(Protocol):
     def before_step(self, training: Training) -> None:
         """Obey people and say where training is; raises to end the attempt."""
 
-    def after_step(self, training: Training, transitions: Transitions, losses: dict[str, float]) -> None:
+    def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         """Record, evaluate and checkpoint what is due."""
 
     def phase(self, phase: str) -> None:
@@ -63,7 +64,7 @@ class Training:
             while (cursor := self.feedback.before_step(self.step)) is not None:  # lines 9–14: ask
                 self.learn_reward(cursor)  # lines 15–17: fit the reward, relabel
             self.end_exploration_when_due()
-            losses = self.update() if self.can_learn() and self.step != self.began_at else {}  # lines 19–21
+            losses = self.update() if self.can_learn() and self.step != self.began_at else None  # lines 19–21
             transitions = self.collector.step(self.choose_actions(), self.step)  # line 22
             self.agent.observe(
                 transitions.observations,
@@ -126,7 +127,7 @@ class Training:
         """After the random steps; an extended run without its buffer first gathers as many again."""
         return len(self.agent.buffer) >= max(self.config.exploration.seed_steps, 2)
 
-    def update(self) -> dict[str, float]:
+    def update(self) -> Losses | None:
         reward: BatchReward = stored_reward
         if self.exploring and self.intrinsic is not None:
             reward = self.intrinsic

@@ -10,6 +10,7 @@ import structlog
 from labels_db.models import Desired, RunState
 from labels_db.run_config import RunConfig
 from labels_db.storage import ArtifactError
+from trainer.agents.update import Losses
 from trainer.checkpoints import Checkpoints
 from trainer.collector import Transitions
 from trainer.environments.interface import Environment
@@ -64,9 +65,9 @@ class RecordedUpkeep:
         if time.monotonic() - self._saved_at > 60 * self.config.checkpoints.minutes:
             self.save(training)
 
-    def after_step(self, training: Training, transitions: Transitions, losses: dict[str, float]) -> None:
-        if training.step % self.METRICS_EVERY < len(transitions.actions):
-            self.progress.metrics(training.step, losses)
+    def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
+        if losses is not None and training.step % self.METRICS_EVERY < len(transitions.actions):
+            self.progress.metrics(training.step, losses.read())
         for true_return in transitions.episode_returns:
             self.progress.metrics(training.step, {"episode_return": true_return})
 

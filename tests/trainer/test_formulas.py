@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 
 from labels_db.run_config import SAC, LearnedReward, StateEntropy
 from trainer.agents.sac import SACAgent
-from trainer.exploration import RunningDeviation, StateEntropyReward, neighbour_distance
+from trainer.agents.sac_by_hand import UpdateByHand
+from trainer.exploration import RunningDeviation, StateEntropyReward
+from trainer.neighbours import neighbour_distance
 from trainer.networks import Actor, tanh_gaussian_log_prob
 from trainer.query_selection import disagreement, entropy
 from trainer.randomness import Randomness
@@ -30,10 +32,9 @@ def reward_model(**changes: float) -> RewardModel:
 def by_hand(model: RewardModel, member: int, inputs: torch.Tensor) -> torch.Tensor:
     """One member's reward, layer by layer: LeakyReLU(0.01) between, tanh at the end."""
     x = inputs
-    layers = list(model.members.layers)
-    for index, layer in enumerate(layers):
-        weights = layer.state_dict()
-        x = x @ weights["weight"][member] + weights["bias"][member]
+    layers = model.members.layers(model.members.flat.detach())
+    for index, (weight, bias) in enumerate(layers):
+        x = x @ weight[member] + bias[member]
         x = torch.where(x > 0, x, 0.01 * x) if index < len(layers) - 1 else torch.tanh(x)
     return x[..., 0]
 
@@ -64,13 +65,13 @@ def test_the_learned_reward_is_the_plain_mean_of_its_members() -> None:
     observation, action = torch.randn(6, 3), torch.randn(6, 2)
     inputs = torch.cat([observation, action], -1)
     expected = torch.stack([by_hand(model, member, inputs) for member in range(3)]).mean(0)
-    torch.testing.assert_close(model(observation, action), expected)
+    torch.testing.assert_close(model(inputs), expected)
 
 
 def test_one_step_of_a_fit_is_adam_on_each_members_own_cross_entropy() -> None:
     model = reward_model(batch_size=4)
     preferences = Preferences(torch.randn(4, 7, 5), torch.randn(4, 7, 5), torch.tensor([0.0, 1.0, 0.5, 1.0]))
-    before = [p.detach().clone() for p in model.members.parameters()]
+    before = [part.detach().clone() for layer in model.members.layers() for part in layer]
     rows = torch.stack([torch.arange(4)] * 3)
     model._learn(preferences, rows)
     shadow = [p.clone().requires_grad_() for p in before]
@@ -90,7 +91,8 @@ def test_one_step_of_a_fit_is_adam_on_each_members_own_cross_entropy() -> None:
     optimizer = torch.optim.Adam(shadow, lr=3e-4)
     loss.backward()  # type: ignore[no-untyped-call]
     optimizer.step()
-    for now, expected in zip(model.members.parameters(), shadow, strict=True):
+    after = [part for layer in model.members.layers() for part in layer]
+    for now, expected in zip(after, shadow, strict=True):
         torch.testing.assert_close(now.detach(), expected.detach(), rtol=1e-4, atol=1e-6)
 
 
@@ -108,7 +110,7 @@ def test_disagreement_and_entropy_by_hand() -> None:
 def test_neighbour_distance_against_sorting(count: int, k: int, seed: int) -> None:
     states = torch.randn(count, 3, generator=torch.Generator().manual_seed(seed))
     rows = torch.tensor([0, count - 1, count // 2])
-    found = neighbour_distance(rows, states, k).numpy()
+    found = neighbour_distance(states[rows], rows, states, k).numpy()
     for row, distance in zip(rows.tolist(), found, strict=True):
         others = np.delete(states.numpy(), row, axis=0)
         expected = np.sort(np.linalg.norm(others - states.numpy()[row], axis=1))[min(k, count - 1) - 1]
@@ -117,8 +119,8 @@ def test_neighbour_distance_against_sorting(count: int, k: int, seed: int) -> No
 
 def test_a_state_stored_twice_is_its_own_neighbour_but_never_itself() -> None:
     states = torch.tensor([[0.0], [0.0], [3.0], [5.0]])
-    np.testing.assert_allclose(neighbour_distance(torch.tensor([0]), states, 1).numpy(), [0.0])
-    np.testing.assert_allclose(neighbour_distance(torch.tensor([2]), states, 1).numpy(), [2.0])
+    rows = torch.tensor([0, 2])
+    np.testing.assert_allclose(neighbour_distance(states[rows], rows, states, 1).numpy(), [0.0, 2.0])
 
 
 @settings(max_examples=30, deadline=None)
@@ -139,7 +141,7 @@ def test_intrinsic_reward_is_divided_but_neither_centred_nor_clipped(transform: 
     points = torch.tensor([[0.0], [2.0], [5.0], [9.0]])
     zeros = torch.zeros(4, 1)
     buffer.add(points, zeros, torch.zeros(4), points, torch.zeros(4))
-    reward = StateEntropyReward(StateEntropy(neighbours=1, transform=transform), buffer)
+    reward = StateEntropyReward(StateEntropy(neighbours=1, transform=transform), buffer, Randomness(0))
     rows = torch.arange(4)
     batch = Batch(rows, points, zeros, torch.zeros(4), points, torch.ones(4))
     distance = np.array([2.0, 2.0, 3.0, 4.0])
@@ -180,11 +182,11 @@ def test_target_bootstraps_through_truncation_and_stops_at_termination() -> None
         rows, torch.randn(4, 3), torch.randn(4, 2), torch.zeros(4), torch.randn(4, 3), not_terminated
     )
     rewards = torch.tensor([1.0, 2.0, 3.0, 4.0])
-    state = learner._sampling.get_state()
-    found = learner.target(batch, rewards)
-    learner._sampling.set_state(state)
+    noise = torch.randn(4, 2)
+    update = UpdateByHand(learner, torch.float32)
     with torch.no_grad():
-        action, log_prob = learner.actor.sample(batch.next_observation, learner._sampling)
+        found = update.target(batch, rewards, update.sample(batch.next_observation, noise))
+        action, log_prob = learner.actor.sample(batch.next_observation, noise)
         q1, q2 = learner.target_critic(batch.next_observation, action)
     soft = torch.minimum(q1, q2) - 0.1 * log_prob
     torch.testing.assert_close(found, rewards + 0.9 * not_terminated * soft)
@@ -222,7 +224,7 @@ def test_relabelling_writes_every_valid_row_also_when_the_ring_has_wrapped(
     model = reward_model()
     buffer.relabel(model)
     count = min(capacity, added)
-    expected = model(buffer.observation[:count], buffer.action[:count])
+    expected = model(torch.cat([buffer.observation[:count], buffer.action[:count]], -1))
     torch.testing.assert_close(buffer.reward[:count], expected, rtol=0, atol=1e-6)
     assert len(buffer) == count
 

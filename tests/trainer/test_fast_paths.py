@@ -1,0 +1,306 @@
+"""What is done by hand for speed equals what is done plainly: gradients, updates, neighbours, scores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from labels_db.run_config import SAC, LearnedReward, RunConfig, StateEntropy
+from tests.trainer.test_segments import pool_of
+from trainer import neighbours, precision
+from trainer.adam import FlatAdam
+from trainer.agents.sac import SACAgent
+from trainer.agents.sac_autograd import AutogradUpdate
+from trainer.agents.sac_by_hand import UpdateByHand
+from trainer.agents.update import Update
+from trainer.exploration import StateEntropyReward
+from trainer.neighbours import neighbour_distance, plain_neighbour_distance
+from trainer.networks import EnsembleMLP, linear_default, orthogonal
+from trainer.passes import Passes, Room
+from trainer.query_selection import pair_probabilities
+from trainer.randomness import Randomness
+from trainer.replay_buffer import ReplayBuffer
+from trainer.reward_model import Preferences, RewardModel, preference_logit, preference_loss
+from trainer.segments import PairSampler
+
+CPU = torch.device("cpu")
+shapes = st.tuples(st.integers(1, 4), st.integers(1, 9), st.lists(st.integers(1, 20), min_size=1, max_size=3))
+
+
+def relative(found: torch.Tensor, expected: torch.Tensor) -> float:
+    """The largest difference, relative to the largest number."""
+    return float((found - expected).abs().max() / expected.abs().max().clamp(min=1e-30))
+
+
+def network(members: int, sizes: list[int], slope: float, seed: int) -> EnsembleMLP:
+    return EnsembleMLP(members, sizes, slope, linear_default, torch.Generator().manual_seed(seed))
+
+
+@settings(max_examples=60, deadline=None)
+@given(shapes, st.integers(1, 4), st.integers(1, 30), st.sampled_from([0.0, 0.01]), st.integers(0, 10**6))
+def test_passes_by_hand_equal_autograd(
+    shape: tuple[int, int, list[int]], outputs: int, rows: int, slope: float, seed: int
+) -> None:
+    members, inputs, widths = shape
+    net = network(members, [inputs, *widths, outputs], slope, seed)
+    generator = torch.Generator().manual_seed(seed)
+    x = torch.randn(rows, inputs, generator=generator).requires_grad_()
+    above = torch.randn(members, rows, outputs, generator=generator)
+    expected = net(x)
+    by_input, by_weight = torch.autograd.grad(expected, [x, net.flat], above)
+    passes = Passes(net, torch.float32, Room(CPU))
+    with torch.no_grad():
+        torch.testing.assert_close(passes.forward(x.detach()), expected.detach(), rtol=1e-5, atol=1e-6)
+        delta = passes.backward(above)
+        assert relative(passes.gradient, by_weight) < 1e-5
+        assert relative(passes.input_gradient(delta, slice(None)).sum(0), by_input) < 1e-5
+
+
+def test_a_backward_pass_may_be_about_the_last_rows_only() -> None:
+    net = network(1, [4, 8, 8, 2], 0.0, 0)
+    x, above = torch.randn(10, 4), torch.randn(1, 6, 2)
+    (expected,) = torch.autograd.grad(net(x[4:]), [net.flat], above)
+    passes = Passes(net, torch.float32, Room(CPU))
+    for _ in range(2):  # what the first one remembers of its rows is not taken for the second's
+        passes.forward(torch.randn(10, 4))
+        passes.backward(above)
+    with torch.no_grad():
+        passes.forward(x)
+        passes.backward(above)
+    assert relative(passes.gradient, expected) < 1e-5
+
+
+def test_passes_in_one_room_overwrite_each_other_and_those_in_two_do_not() -> None:
+    net = network(2, [3, 8, 1], 0.0, 0)
+    x, other, above = torch.randn(5, 3), torch.randn(5, 3), torch.randn(2, 5, 1)
+    (expected,) = torch.autograd.grad(net(x), [net.flat], above)
+    room = Room(CPU)
+    for neighbour_room, alike in ((room, False), (Room(CPU), True)):
+        mine, neighbour = Passes(net, torch.float32, room), Passes(net, torch.float32, neighbour_room)
+        mine.forward(x)
+        neighbour.forward(other)
+        mine.backward(above)
+        assert (relative(mine.gradient, expected) < 1e-5) == alike
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.01])
+def test_rounded_products_stay_close(slope: float) -> None:
+    net = EnsembleMLP(2, [30, 64, 64, 1], slope, orthogonal, torch.Generator().manual_seed(0))
+    x, above = torch.randn(128, 30), torch.randn(2, 128, 1)
+    expected = net(x)
+    (gradient,) = torch.autograd.grad(expected, [net.flat], above)
+    passes = Passes(net, torch.bfloat16, Room(CPU))
+    with torch.no_grad():
+        assert relative(passes.forward(x), expected) < 0.03
+        passes.backward(above)
+    similarity = torch.nn.functional.cosine_similarity(passes.gradient, gradient, dim=0)
+    assert similarity > 0.999
+    assert passes.gradient.dtype == torch.float32
+    with torch.no_grad():
+        net.flat.add_(1)
+    before = passes.forward(x)
+    passes.refresh()
+    assert relative(passes.forward(x), before) > 0.1  # weights are taken over when told
+
+
+UPDATES: dict[str, Callable[[SACAgent], Update]] = {
+    "plain": AutogradUpdate,
+    "by hand": lambda learner: UpdateByHand(learner, torch.float32),
+}
+
+
+def agent(update: str, observation: int, action: int, width: int, depth: int, seed: int) -> SACAgent:
+    config = SAC(width=width, depth=depth, batch_size=32, learning_rate=1e-3, temperature_learning_rate=1e-2)
+    made = SACAgent(config, observation, action, 100, Randomness(seed), CPU)
+    made._update = UPDATES[update](made)
+    rng = np.random.default_rng(seed)
+    for _ in range(50):
+        rows = [rng.normal(size=(1, n)).astype(np.float32) for n in (observation, action, observation)]
+        reward = rng.normal(size=1).astype(np.float32)
+        made.observe(rows[0], np.tanh(rows[1]), reward, rows[2], rng.random(1) < 0.2)
+    return made
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(1, 12), st.integers(1, 5), st.integers(8, 32), st.integers(1, 3), st.integers(0, 10**6))
+def test_an_update_by_hand_equals_one_under_autograd(
+    observation: int, action: int, width: int, depth: int, seed: int
+) -> None:
+    plain, by_hand = (agent(kind, observation, action, width, depth, seed) for kind in ("plain", "by hand"))
+    said = [learner.update().read() for learner in (plain, by_hand)]
+    assert said[1] == pytest.approx(said[0], rel=1e-4, abs=1e-5)
+    for ours, theirs in (
+        (by_hand.critic.twins.flat, plain.critic.twins.flat),
+        (by_hand.actor.trunk.flat, plain.actor.trunk.flat),
+        (by_hand.log_temperature, plain.log_temperature),
+    ):
+        assert ours.grad is not None
+        assert theirs.grad is not None
+        assert relative(ours.grad, theirs.grad) < 1e-4
+    for _ in range(3):
+        plain.update()
+        by_hand.update()
+    assert relative(by_hand.target_critic.twins.flat, plain.target_critic.twins.flat) < 1e-3
+
+
+def test_flat_adam_is_adam() -> None:
+    ours, theirs = (torch.randn(50, generator=torch.Generator().manual_seed(0)) for _ in range(2))
+    optimizers = FlatAdam((ours, 1e-2)), torch.optim.Adam([theirs], lr=1e-2)
+    for step in range(5):
+        gradient = torch.randn(50, generator=torch.Generator().manual_seed(step))
+        ours.grad, theirs.grad = gradient, gradient.clone()
+        for optimizer in optimizers:
+            optimizer.step()
+    torch.testing.assert_close(ours, theirs, rtol=1e-6, atol=1e-7)
+    with pytest.raises(RuntimeError, match=r"shape \(3,\) has no gradient"):
+        FlatAdam((torch.zeros(3), 1.0)).step()
+
+
+def test_flat_adam_goes_on_from_its_state() -> None:
+    def lived(steps: int) -> tuple[torch.Tensor, FlatAdam]:
+        tensor = torch.zeros(4)
+        optimizer = FlatAdam((tensor, 0.1))
+        for step in range(steps):
+            tensor.grad = torch.full((4,), float(step + 1))
+            optimizer.step()
+        return tensor, optimizer
+
+    whole, _ = lived(3)
+    tensor, half = lived(2)
+    resumed = FlatAdam((tensor, 0.1))
+    resumed.load(half.state())
+    tensor.grad = torch.full((4,), 3.0)
+    resumed.step()
+    assert torch.equal(tensor, whole)
+
+
+# Neighbours --------------------------------------------------------------------------------------
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.integers(300, 1500),
+    st.integers(1, 30),
+    st.integers(1, 8),
+    st.sampled_from(["normal", "twice", "grid", "equal", "far"]),
+    st.integers(0, 10**6),
+)
+def test_neighbours_are_those_of_a_plain_search(count: int, size: int, k: int, kind: str, seed: int) -> None:
+    generator = torch.Generator().manual_seed(seed)
+    states = torch.randn(count, size, generator=generator)
+    states = {
+        "normal": states,
+        "twice": torch.cat([states[: count // 2]] * 2),
+        "grid": states.round(),  # many distances alike
+        "equal": torch.zeros_like(states) + 7,
+        "far": states + 1e4 * (torch.arange(count) % 2)[:, None],  # rounding leaves doubts
+    }[kind]
+    rows = torch.randint(len(states), (40,), generator=generator)
+    found = neighbour_distance(states[rows], rows, states, k)
+    expected = plain_neighbour_distance(states[rows], rows, states, k)
+    torch.testing.assert_close(found, expected, rtol=1e-5, atol=1e-6)
+
+
+def test_more_states_than_are_compared_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(neighbours, "STATES", 256)
+    monkeypatch.setattr(neighbours, "QUERIES", 16)
+    states = torch.randn(3000, 5, generator=torch.Generator().manual_seed(0))
+    rows = torch.arange(2960, 3000)
+    found = neighbour_distance(states[rows], rows, states, 5)
+    torch.testing.assert_close(found, plain_neighbour_distance(states[rows], rows, states, 5))
+
+
+def test_doubts_are_searched_plainly(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def counted(*args: torch.Tensor) -> torch.Tensor:
+        asked.append(len(args[0]))
+        return plain_neighbour_distance(*args)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(neighbours, "plain_neighbour_distance", counted)
+    states = torch.randn(2000, 4, generator=torch.Generator().manual_seed(0))
+    rows = torch.arange(20)
+    neighbour_distance(states[rows], rows, states, 5)
+    assert asked == []
+    states[1000:] += 1e5
+    neighbour_distance(states[rows], rows, states, 5)
+    assert sum(asked) > 0
+
+
+def test_states_compared_bounds_the_search_and_leaves_out_the_state_itself() -> None:
+    buffer = ReplayBuffer(1000, 2, 1)
+    states = torch.randn(1000, 2, generator=torch.Generator().manual_seed(0))
+    zeros = torch.zeros(1000, 1)
+    buffer.add(states, zeros, zeros[:, 0], states, zeros[:, 0])
+    reward = StateEntropyReward(StateEntropy(states_compared=200), buffer, Randomness(0))
+    batch = buffer.sample(64, torch.Generator().manual_seed(1))
+    compared, own = reward._compared(batch)
+    assert 150 < len(compared) <= 200
+    inside = own >= 0
+    assert 0 < inside.sum() < 64
+    torch.testing.assert_close(compared[own[inside]], batch.observation[inside])
+    assert (compared[None] == batch.observation[~inside][:, None]).all(-1).sum() == 0
+    assert (reward(batch) > 0).all()
+
+
+# The reward model --------------------------------------------------------------------------------
+
+
+def reward_model(**changes: float) -> RewardModel:
+    return RewardModel(LearnedReward(width=16, **changes), 3, 2, Randomness(0), CPU)
+
+
+def test_candidates_scored_by_running_sums_equal_each_scored_by_itself() -> None:
+    pairs = PairSampler(pool_of(30, 12, 40), 7, np.random.default_rng(0)).draw(60)
+    model = reward_model()
+    with torch.no_grad():
+        model.members.flat.mul_(3)
+    first, second = (torch.from_numpy(np.stack([pair[side].inputs for pair in pairs])) for side in (0, 1))
+    expected = model.probabilities(first, second)
+    torch.testing.assert_close(pair_probabilities(model, pairs), expected, rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("parts", [1, 4])
+@pytest.mark.parametrize("smoothing", [0.0, 0.1])
+def test_the_gradient_of_a_fit_is_that_of_the_loss(parts: int, smoothing: float) -> None:
+    model = reward_model(label_smoothing=smoothing)
+    generator = torch.Generator().manual_seed(0)
+    first, second = (torch.randn(12, 6, 5, generator=generator) for _ in range(2))
+    preferences = Preferences(first, second, torch.tensor([0.0, 1.0, 0.5, 0.25] * 3))
+    rows = torch.stack([torch.randperm(12, generator=generator) for _ in range(3)])
+    sums = [
+        torch.tanh(model.members(s[rows].flatten(1, 2))[..., 0]).view(3, 12, 6).sum(-1)
+        for s in (first, second)
+    ]
+    loss = preference_loss(preference_logit(*sums), preferences.label[rows], smoothing).mean(1).sum()
+    (expected,) = torch.autograd.grad(loss, [model.members.flat])
+    model._rows = 2 * 6 * 12 // parts
+    right = model._learn(preferences, rows)
+    assert relative(model._passes.gradient, expected) < 1e-5
+    assert len(right) == 3 * 9
+
+
+# Precision ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("wanted", "fast", "width", "expected"),
+    [
+        ("float32", True, 1024, torch.float32),
+        ("auto", True, 1024, torch.bfloat16),
+        ("auto", False, 1024, torch.float32),
+        ("auto", True, 64, torch.float32),
+    ],
+)
+def test_rounding_is_chosen_where_it_pays(
+    monkeypatch: pytest.MonkeyPatch, wanted: str, fast: bool, width: int, expected: torch.dtype
+) -> None:
+    monkeypatch.setattr(precision, "processor_is_fast_in_bfloat16", lambda: fast)
+    config = RunConfig.model_validate({"precision": wanted})
+    assert precision.product_precision(config, CPU, rows=256, width=width) == expected
+    assert precision.product_precision(config, torch.device("cuda"), rows=256, width=width) == torch.float32

@@ -1,0 +1,118 @@
+"""Distances to the k-th nearest neighbour among many states: exact, and in products of matrices.
+
+A plain search takes every difference of every pair of states. Here a product gives the squared distances but for a
+constant, |y|² − 2x·y, with rounding; states are dealt into small groups, the groups whose least value may hold a
+neighbour are measured exactly, and where rounding leaves a doubt about a row, that row is searched plainly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+import torch.nn.functional as F  # noqa: N812  (PyTorch's own convention)
+from torch import Tensor
+
+GROUP = 16
+"""States in a group."""
+STATES, QUERIES = 8192, 128
+"""States compared at a time, at most, and with how many: their values, 4 MB, stay in a processor's cache."""
+SPARE = 3
+"""Groups measured beyond those that would do if nothing were rounded."""
+
+
+def neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: int) -> Tensor:
+    """L2 distance from each query [B, D] to its k-th nearest among states [N, D] but itself: [B].
+
+    `own` [B] is the row at which a query itself is among the states, −1 where it is not. With no more than k
+    others the farthest stands in.
+    """
+    k = max(1, min(k, len(states) - 1))
+    groups = k + 1 + SPARE
+    if len(states) < 2 * GROUP * groups:
+        return plain_neighbour_distance(queries, own, states, k)
+    sieve = _sieve(queries, states, groups)
+    distance = _exact(queries, own, states, sieve.members, k)
+    doubtful = torch.nonzero(distance**2 > sieve.beyond)[:, 0]
+    if len(doubtful):
+        distance[doubtful] = plain_neighbour_distance(queries[doubtful], own[doubtful], states, k)
+    return distance
+
+
+def plain_neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: int) -> Tensor:
+    """The same by every difference of every pair: the reference."""
+    k = max(1, min(k, len(states) - 1))
+    distance = torch.cdist(queries, states, compute_mode="donot_use_mm_for_euclid_dist")
+    known = torch.nonzero(own >= 0)[:, 0]
+    distance[known, own[known]] = torch.inf
+    return _kth_least(distance, k)
+
+
+def _kth_least(values: Tensor, k: int) -> Tensor:
+    """The k smallest of each row and the last of them: several times faster than `kthvalue` on a CPU."""
+    return values.topk(k, dim=1, largest=False).values[:, -1]
+
+
+@dataclass(frozen=True)
+class Sieve:
+    """What may hold each query's neighbours."""
+
+    members: Tensor
+    """Rows of the states to be measured, [B, groups · GROUP]; beyond their end for want of states."""
+    beyond: Tensor
+    """No other state's squared distance is smaller than this, [B], whatever was rounded."""
+
+
+def _sieve(queries: Tensor, states: Tensor, groups: int) -> Sieve:
+    centre = states.mean(0)  # the smaller the numbers, the less is rounded
+    x = queries - centre
+    block = min(STATES, GROUP * math.ceil(len(states) / GROUP))
+    least, farthest = _least_of_groups(x, states, centre, block)
+    values, chosen = least.topk(groups + 1, dim=1, largest=False)
+    norms = x.square().sum(1)
+    rounding = 2 * (x.shape[1] + 4) * torch.finfo(x.dtype).eps
+    error = rounding * (norms.sqrt() + farthest.sqrt()) ** 2
+    return Sieve(_members(chosen[:, :-1], block), values[:, -1] + norms - error)
+
+
+def _least_of_groups(x: Tensor, states: Tensor, centre: Tensor, block: int) -> tuple[Tensor, Tensor]:
+    """The least |y|² − 2x·y of each group, [B, groups], and the largest |y|².
+
+    A group's states are `block / GROUP` apart. One more dimension adds |y|² within the product.
+    """
+    blocks, per_block = math.ceil(len(states) / block), block // GROUP
+    least = x.new_empty(len(x), blocks, per_block)
+    some = torch.split(F.pad(-2 * x, (0, 1), value=1.0), QUERIES)
+    values = x.new_empty(QUERIES, block)
+    y = x.new_zeros(block, x.shape[1] + 1)
+    farthest = x.new_zeros(())
+    for number, part in enumerate(torch.split(states, block)):
+        torch.sub(part, centre, out=y[: len(part), :-1])
+        torch.sum(y[: len(part), :-1].square(), 1, out=y[: len(part), -1])
+        farthest = torch.maximum(farthest, y[: len(part), -1].max())
+        y[len(part) :, -1] = torch.inf  # what fills the last block is infinitely far
+        for index, few in enumerate(some):
+            found = torch.mm(few, y.t(), out=values[: len(few)]).view(len(few), GROUP, per_block)
+            rows = slice(index * QUERIES, index * QUERIES + len(few))
+            torch.amin(found, 1, out=least[rows, number])
+    return least.flatten(1), farthest
+
+
+def _members(groups: Tensor, block: int) -> Tensor:
+    """The states of each group, [B, n] → [B, n · GROUP]."""
+    per_block = block // GROUP
+    first = groups // per_block * block + groups % per_block
+    apart = per_block * torch.arange(GROUP, device=groups.device)
+    return (first[..., None] + apart).flatten(1)
+
+
+def _exact(queries: Tensor, own: Tensor, states: Tensor, members: Tensor, k: int) -> Tensor:
+    """Distance to the k-th nearest of some members, [B]."""
+    count = members.shape[1]
+    there = states.index_select(0, members.flatten().clamp(max=len(states) - 1)).view(
+        -1, count, states.shape[1]
+    )
+    squared = (there - queries[:, None]).square_().sum(-1)
+    squared.masked_fill_((members == own[:, None]) | (members >= len(states)), torch.inf)
+    return _kth_least(squared, k).sqrt_()
