@@ -1,6 +1,6 @@
 # Two commands matter: `make run` serves the product, `make test` tests it. Both set up what they need.
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-tests run test check contracts demo-human migration clean
+.PHONY: help setup setup-tests run test check contracts demo-human bench migration clean
 
 bin := .venv/bin
 # One file's tests stay in one process, since they share servers and trained runs.
@@ -32,6 +32,15 @@ contracts: setup-tests ## Run what every agent, environment, teacher and scheme 
 
 demo-human: setup-tests ## Teach a cart pole through the browser, from the form to the windmill
 	@$(bin)/pytest -m demo
+
+peers := build/peers
+$(peers)/installed: benchmarks/speed/peers.txt
+	@python3 -m venv $(peers)
+	@$(peers)/bin/python -m pip install -q --disable-pip-version-check -r $<
+	@touch $@
+
+bench: setup-tests $(peers)/installed ## Measure every step of the loop beside its best peers (15 minutes, nothing else running)
+	@$(bin)/python -m benchmarks.speed --peers $(peers)/bin/python
 
 migration: setup-tests ## Write the migration to today's tables: make migration NAME="what changes"
 	@$(bin)/python scripts/make_migration.py "$(NAME)"

@@ -83,7 +83,7 @@ def _cartpole_swingup() -> Preset:
         environment=DMControl(task="cartpole-swingup", action_repeat=4),
         agent=SAC(width=128, batch_size=128, learning_rate=1e-3, temperature_learning_rate=1e-3),
         reward=LearnedReward(width=128, batch_size=32),
-        exploration=StateEntropy(seed_steps=1000, explore_steps=2000),
+        exploration=StateEntropy(seed_steps=1000, explore_steps=4000),
         feedback=Sessions(
             teacher=Oracle(), budget=200, queries_per_session=20, steps_between=2000, pool_episodes=20
         ),

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-import torch.nn.functional as F  # noqa: N812  (PyTorch's own convention)
 from torch import Tensor
 
 from labels_db.run_config import Disagreement, Entropy, SchemeConfig, Uniform
@@ -45,7 +44,7 @@ SCORES: dict[type, Callable[[Tensor], Tensor] | None] = {
 def pair_probabilities(model: RewardModel, pairs: Sequence[Pair]) -> Tensor:
     """Each member's P[σ¹ ≻ σ⁰] of candidate pairs, [E, n].
 
-    Candidates overlap, so each step of an episode is scored once; a segment's sum is then the difference of two
+    Candidates overlap, so each step they cover is scored once; a segment's sum is then the difference of two
     running sums.
     """
     segments = [segment for pair in pairs for segment in pair]
@@ -56,14 +55,21 @@ def pair_probabilities(model: RewardModel, pairs: Sequence[Pair]) -> Tensor:
 def segment_sums(model: RewardModel, segments: Sequence[SegmentData]) -> Tensor:
     """Each member's undiscounted sum over each segment, [E, n]; running sums in double precision."""
     episodes = {segment.episode.number: segment.episode for segment in segments}
-    inputs = [np.concatenate([e.observations, e.actions], -1, dtype=np.float32) for e in episodes.values()]
-    ends = np.cumsum([len(episode) for episode in episodes.values()])
-    begins = dict(zip(episodes, (ends - [len(e) for e in episodes.values()]).tolist(), strict=True))
-    rewards = model.member_rewards(torch.from_numpy(np.concatenate(inputs)).to(model.device))
-    running = F.pad(rewards.double().cumsum(1), (1, 0))
-    starts = torch.tensor([begins[s.episode.number] + s.start for s in segments], device=model.device)
-    lengths = torch.tensor([segment.length for segment in segments], device=model.device)
-    return (running[:, starts + lengths] - running[:, starts]).float()
+    lengths = [len(episode) for episode in episodes.values()]
+    begins = dict(zip(episodes, np.cumsum([0, *lengths]).tolist(), strict=False))
+    starts = np.array([begins[segment.episode.number] + segment.start for segment in segments])
+    ends = starts + [segment.length for segment in segments]
+    covered = np.flatnonzero(
+        np.cumsum(
+            np.bincount(starts, minlength=sum(lengths) + 1) - np.bincount(ends, minlength=sum(lengths) + 1)
+        )
+    )
+    steps = [np.concatenate([e.observations, e.actions], -1, dtype=np.float32) for e in episodes.values()]
+    inputs = torch.from_numpy(np.concatenate(steps)[covered]).to(model.device)
+    rewards = inputs.new_zeros(model.config.members, sum(lengths) + 1, dtype=torch.float64)
+    rewards[:, torch.from_numpy(covered).to(model.device) + 1] = model.member_rewards(inputs).double()
+    running = rewards.cumsum(1)
+    return (running[:, ends] - running[:, starts]).float()
 
 
 def select(

@@ -1,0 +1,126 @@
+"""`python -m benchmarks.speed [--peers PYTHON] [--only WORDS]`: a table, and `benchmarks/results/speed.json`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import statistics
+import subprocess
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from benchmarks.speed.contest import Speeds, contest, ours
+from benchmarks.speed.rows import Row, all_rows
+from benchmarks.speed.start import processor, train_to_first_step, up_to_served_page
+
+RESULTS = Path(__file__).parent.parent / "results"
+PEAK_FLOPS = 2 * 2048**3
+
+
+def measured(row: Row) -> dict[str, Any]:
+    """One row of the table, and every contestant's numbers."""
+    contestants = dict(row.contestants)
+    if row.flops:
+        contestants["peak"] = ours("peak", row.threads, precision=row.precision)
+    speeds = contest(contestants, rounds=row.rounds)
+    others = [name for name in row.contestants if not name.startswith("ours")]
+    best = max(others, key=speeds.median)
+    return {
+        "name": row.name,
+        "unit": row.unit.strip(),
+        "ours": shown(row, speeds.median("ours")),
+        "best_peer": shown(row, speeds.median(best)),
+        "ratio": round(speeds.ratio("ours", best), 2),
+        "limit_fraction": _limit_fraction(row, speeds),
+        "peer": best,
+        "reach": row.reach,
+        "all": {name: _summary(row, speeds, name) for name in row.contestants},
+    }
+
+
+def shown(row: Row, per_second: float) -> float:
+    """In the row's unit: a rate, or the time that one takes."""
+    value = per_second * row.units if row.unit.endswith("/s") else 1 / (per_second * row.units)
+    return float(f"{value:.4g}")
+
+
+def _summary(row: Row, speeds: Speeds, name: str) -> dict[str, Any]:
+    low, high = speeds.spread(name)
+    spread = sorted((shown(row, low), shown(row, high)))
+    return {
+        "median": shown(row, speeds.median(name)),
+        "spread": spread,
+        "ours_is": speeds.ratio("ours", name),
+    }
+
+
+def _limit_fraction(row: Row, speeds: Speeds) -> float | None:
+    if not row.flops:
+        return None
+    return round(speeds.ratio("ours", "peak") * row.flops / PEAK_FLOPS, 3)
+
+
+def starts() -> Iterator[dict[str, Any]]:
+    for name, start, reach in (
+        ("`pebble up` to served page", up_to_served_page, "≤ 3 s"),
+        ("`pebble train` to first step", train_to_first_step, "≤ 8 s"),
+    ):
+        seconds = statistics.median(start() for _ in range(3))
+        nobody: dict[str, Any] = {
+            "best_peer": None,
+            "ratio": None,
+            "limit_fraction": None,
+            "peer": None,
+            "all": {},
+        }
+        yield {"name": name, "unit": "s", "ours": round(seconds, 2), **nobody, "reach": reach}
+
+
+def line(row: dict[str, Any]) -> str:
+    """The row in Markdown."""
+    cells = [row["name"], f"{row['ours']:.4g} {row['unit']}".replace(" /", "/")]
+    cells.append("–" if row["best_peer"] is None else f"{row['best_peer']:.4g} ({row['peer']})")
+    cells.append("–" if row["ratio"] is None else f"{row['ratio']:.2f}")
+    cells.append("–" if row["limit_fraction"] is None else f"{100 * row['limit_fraction']:.0f} %")
+    return "| " + " | ".join([*cells, row["reach"]]) + " |"
+
+
+def machine(peers: Path | None) -> dict[str, Any]:
+    versions = {name: version(name) for name in ("torch", "numpy", "mujoco", "dm-control", "pillow")}
+    if peers is not None:
+        listed = subprocess.run(
+            [peers, "-m", "pip", "list", "--format=json"], capture_output=True, check=True
+        )
+        wanted = {"stable_baselines3", "sbx-rl", "jax", "jaxlib", "torch"}
+        found = {p["name"]: p["version"] for p in json.loads(listed.stdout) if p["name"] in wanted}
+        versions |= {f"peers' {name}": number for name, number in found.items()}
+    return {"processor": processor(), "python": platform.python_version(), **versions}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--peers", type=Path, help="the Python of an environment with peers.txt installed")
+    parser.add_argument("--only", default="", help="rows whose name holds this; nothing is written then")
+    chosen = parser.parse_args()
+    print(
+        "| what | ours | best peer | ours is × faster | of the matrix limit | reach |\n|---|---|---|---|---|---|"
+    )
+    rows = []
+    for row in all_rows(chosen.peers):
+        if chosen.only in row.name:
+            rows.append(measured(row))
+            print(line(rows[-1]), flush=True)
+    if chosen.only:
+        return
+    for row_of_start in starts():
+        rows.append(row_of_start)
+        print(line(row_of_start), flush=True)
+    written = {"machine": machine(chosen.peers), "rows": rows}
+    (RESULTS / "speed.json").write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

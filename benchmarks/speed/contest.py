@@ -1,0 +1,99 @@
+"""Contestants in processes of their own that take turns, so that a drifting machine treats all alike."""
+
+from __future__ import annotations
+
+import json
+import statistics
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+HERE = Path(__file__).parent
+
+
+class Contestant:
+    """A process that answers each line N with the seconds that N units of its work took."""
+
+    def __init__(self, command: Sequence[str]) -> None:
+        self.command = command
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        while (line := self._read()) != "ready":
+            del line  # what a library prints while it is imported
+
+    def seconds(self, units: int) -> float:
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{units}\n")
+        self._process.stdin.flush()
+        return float(self._read())
+
+    def _read(self) -> str:
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        if not line:
+            assert self._process.stderr is not None
+            raise RuntimeError(f"{' '.join(self.command)} ended: {self._process.stderr.read()[-2000:]}")
+        return line.strip()
+
+    def __enter__(self) -> Contestant:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._process.kill()
+        self._process.communicate()
+
+
+def ours(task: str, threads: int, **settings: Any) -> list[str]:
+    """A contestant from `tasks.py`."""
+    return [sys.executable, "-m", "benchmarks.speed.worker", task, str(threads), json.dumps(settings)]
+
+
+def peer(python: Path, name: str, threads: int, width: int, batch: int) -> list[str]:
+    """A contestant from another library."""
+    return [str(python), str(HERE / "peers.py"), name, str(threads), str(width), str(batch)]
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """Units per second of each contestant, one number a round."""
+
+    rounds: Mapping[str, list[float]]
+
+    def median(self, name: str) -> float:
+        return statistics.median(self.rounds[name])
+
+    def ratio(self, name: str, other: str) -> float:
+        """The median over rounds: within one the machine was the same for both."""
+        pairs = zip(self.rounds[name], self.rounds[other], strict=True)
+        return statistics.median(mine / theirs for mine, theirs in pairs)
+
+    def spread(self, name: str) -> tuple[float, float]:
+        return min(self.rounds[name]), max(self.rounds[name])
+
+
+def contest(contestants: Mapping[str, Sequence[str]], *, rounds: int = 7, seconds: float = 0.5) -> Speeds:
+    """Each contestant in turn, for about so many seconds a turn, after one turn to warm up."""
+    speeds: dict[str, list[float]] = {name: [] for name in contestants}
+    running = {name: Contestant(command) for name, command in contestants.items()}
+    try:
+        units = {name: _units(contestant, seconds) for name, contestant in running.items()}
+        for _ in range(rounds):
+            for name, contestant in running.items():
+                speeds[name].append(units[name] / contestant.seconds(units[name]))
+    finally:
+        for contestant in running.values():
+            contestant.__exit__(None, None, None)
+    return Speeds(speeds)
+
+
+def _units(contestant: Contestant, seconds: float) -> int:
+    """How many units a turn has: one to warm up, then what fits."""
+    contestant.seconds(1)
+    return max(1, round(seconds / contestant.seconds(1)))

@@ -1,0 +1,74 @@
+"""The training loop of a preset, one step at a time, without a record."""
+
+from __future__ import annotations
+
+import torch
+
+from benchmarks.speed.tasks import PlainRewardModel
+from labels_db.overrides import with_settings
+from labels_db.presets import preset_named
+from trainer import exploration
+from trainer.agents.sac_autograd import AutogradUpdate
+from trainer.agents.update import Losses
+from trainer.assembly import assemble
+from trainer.collector import Transitions
+from trainer.feedback import RecordedFits
+from trainer.journal import SilentJournal
+from trainer.neighbours import plain_neighbour_distance
+from trainer.training import Training
+
+CPU = torch.device("cpu")
+LIVED = 5000
+"""Steps in the buffer when timing begins."""
+
+
+class OneStepDone(Exception):  # noqa: N818  (it is no error)
+    """The loop has come round."""
+
+
+class Interrupting:
+    """Upkeep that leaves the loop after each step."""
+
+    def before_step(self, training: Training) -> None:
+        """Nobody is obeyed."""
+
+    def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
+        raise OneStepDone
+
+    def phase(self, phase: str) -> None:
+        """Nobody is told."""
+
+    def after_fit(self, training: Training) -> None:
+        """Nothing is kept."""
+
+
+class Stepper:
+    """Each call is one step of the loop."""
+
+    def __init__(self, preset: str, *, exploring: bool, precision: str, plain: bool) -> None:
+        config = preset_named(preset).config()
+        config = with_settings(config, {"precision": precision, "exploration.seed_steps": str(LIVED)})
+        config = config.model_copy(update={"threads": torch.get_num_threads()})
+        if plain:
+            exploration.neighbour_distance = plain_neighbour_distance  # type: ignore[attr-defined]
+        self.training = assemble(
+            config,
+            feedback=RecordedFits([]),
+            answered=None,
+            journal=SilentJournal(),
+            upkeep=Interrupting(),
+            device=CPU,
+        )
+        for _ in range(LIVED):
+            self()
+        self.training.exploring = exploring
+        if plain:
+            self.training.agent._update = AutogradUpdate(self.training.agent)
+            if self.training.model is not None:
+                self.training.model.__class__ = PlainRewardModel
+
+    def __call__(self) -> None:
+        try:
+            self.training.train()
+        except OneStepDone:
+            return

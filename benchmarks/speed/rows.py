@@ -1,0 +1,168 @@
+"""What is compared with what: each row a contest, in units that a reader knows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.speed.contest import ours, peer
+
+INPUTS = 30
+
+
+@dataclass(frozen=True)
+class Row:
+    """One contest. The first contestant is ours; `flops` are those of one unit's matrix products."""
+
+    name: str
+    unit: str
+    contestants: Mapping[str, Sequence[str]]
+    units: float = 1.0
+    """How many of the named unit one unit of work is; the unit is a rate if it ends in /s, else a time."""
+    flops: float = 0.0
+    precision: str = "float32"
+    threads: int = 2
+    rounds: int = 7
+    reach: str = ""
+    """What is aimed at, in words."""
+
+
+def sac_flops(width: int, batch: int) -> float:
+    """Of one update: forward, gradients of weights and of inputs, only where they are needed."""
+    critics = 2 * (INPUTS * width + width**2 + width)
+    critics_through = 2 * (width**2 + width)
+    actor, actor_through = 24 * width + width**2 + 12 * width, width**2 + 12 * width
+    target, values = actor + critics, critics + critics + critics_through
+    policy = actor + critics + critics_through + 2 * 6 * width + actor + actor_through
+    return 2.0 * batch * (target + values + policy)
+
+
+def model_flops(rows: int, *, learning: bool, width: int = 256, members: int = 3) -> float:
+    """Of scoring rows by the reward model, or of learning from them."""
+    forward = INPUTS * width + 2 * width**2 + width
+    backward = forward + 2 * width**2 + width if learning else 0
+    return 2.0 * rows * members * (forward + backward)
+
+
+def sac_rows(peers: Path | None) -> list[Row]:
+    made = []
+    for width, batch in ((256, 256), (1024, 1024)):
+        for threads in (2, 1):
+            contestants = {
+                "ours": ours("sac", threads, width=width, batch=batch, precision="bfloat16"),
+                "ours float32": ours("sac", threads, width=width, batch=batch),
+                "autograd": ours("sac", threads, width=width, batch=batch, plain=True),
+            }
+            for name in ("sb3", "sbx") if peers else ():
+                assert peers is not None
+                contestants[name] = peer(peers, name, threads, width, batch)
+            aim = "≥ 1.7× sbx, ≥ 2.5× sb3" if width == 256 else "≥ 2.2× sbx, ≥ 70 % of limit"
+            made.append(
+                Row(
+                    f"SAC update, 2×{width}, batch {batch}, {threads} thread{'s' * (threads > 1)}",
+                    "/s",
+                    contestants,
+                    flops=sac_flops(width, batch),
+                    precision="bfloat16",
+                    threads=threads,
+                    reach=aim,
+                )
+            )
+    return made
+
+
+def neighbour_rows() -> list[Row]:
+    return [
+        Row(
+            f"intrinsic reward, batch 1024 against 100k states, D {size}",
+            "s",
+            {"ours": ours("neighbours", 2, size=size), "slices": ours("sliced_neighbours", 2, size=size)},
+            rounds=3,
+            reach="≤ 0.3 s where slices take 6.7 / 17 s",
+        )
+        for size in (24, 78)
+    ]
+
+
+def model_rows() -> list[Row]:
+    def contestants(task: str, **settings: int) -> dict[str, Sequence[str]]:
+        return {
+            "ours": ours(task, 2, precision="bfloat16", **settings),
+            "ours float32": ours(task, 2, **settings),
+            "autograd": ours(task, 2, plain=True, **settings),
+        }
+
+    return [
+        Row(
+            "fit, 3 members, 700 labels × 50 steps × 2, 50 epochs",
+            "s",
+            contestants("fit", labels=700),
+            units=1 / 50,
+            flops=model_flops(700 * 100, learning=True),
+            precision="bfloat16",
+            rounds=3,
+            reach="≤ 36 s where autograd takes 102 s",
+        ),
+        Row(
+            "relabel 1 M rows",
+            "s",
+            contestants("relabel", rows=200_000),
+            units=1 / 5,
+            flops=model_flops(200_000, learning=False),
+            precision="bfloat16",
+            rounds=3,
+            reach="≤ 3 s where plain takes 12.5 s",
+        ),
+        Row(
+            "select 140 of 1400 pairs by entropy",
+            "s",
+            contestants("choose", count=140),
+            flops=model_flops(100_000, learning=False),
+            precision="bfloat16",
+            rounds=3,
+            reach="≤ 0.3 s where plain takes 3.6 s",
+        ),
+    ]
+
+
+def clip_rows() -> list[Row]:
+    return [
+        Row(
+            f"clip of 25 frames, 320×240, {task}, one core",
+            "/s",
+            {"ours": ours("clip", 1, scene=task), "defaults": ours("clip_by_defaults", 1, scene=task)},
+            threads=1,
+            rounds=5,
+            reach=reach,
+        )
+        for task, reach in (("walker-walk", "≥ 3.5/s"), ("quadruped-walk", "≥ 2.5/s"))
+    ]
+
+
+def loop_rows() -> list[Row]:
+    return [
+        Row(
+            f"whole loop, walker-walk, laptop profile, {phase}",
+            " steps/s",
+            {
+                "ours": ours("loop", 2, preset="walker-walk", exploring=exploring),
+                "ours float32": ours(
+                    "loop", 2, preset="walker-walk", exploring=exploring, precision="float32"
+                ),
+                "autograd": ours(
+                    "loop", 2, preset="walker-walk", exploring=exploring, precision="float32", plain=True
+                ),
+            },
+            rounds=5,
+            reach=reach,
+        )
+        for phase, exploring, reach in (
+            ("exploring", True, "≥ 4 × 45 steps/s, the public reference's"),
+            ("training", False, "≥ 2.5 × 65 steps/s, the public reference's"),
+        )
+    ]
+
+
+def all_rows(peers: Path | None) -> list[Row]:
+    return [*sac_rows(peers), *neighbour_rows(), *model_rows(), *clip_rows(), *loop_rows()]
