@@ -56,6 +56,9 @@ class UntilStep:
     def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         self.advance(len(transitions.actions))
 
+    def obey(self) -> None:
+        """Nobody is obeyed."""
+
     def phase(self, phase: str) -> None:
         """Nobody is told."""
 

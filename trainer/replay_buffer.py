@@ -84,8 +84,12 @@ class ReplayBuffer:
         return self.observation[: len(self)]
 
     @torch.no_grad()
-    def relabel(self, reward: RewardFunction) -> None:
-        """Write the stored reward of every valid row anew (Algorithm 2, line 17), wrapped ring or not."""
+    def relabel(self, reward: RewardFunction, between_parts: Callable[[], None] = lambda: None) -> None:
+        """Write the stored reward of every valid row anew (Algorithm 2, line 17), wrapped ring or not.
+
+        In place and in parts; what is called between them may raise to break it off.
+        """
         for start in range(0, len(self), self.RELABEL_ROWS):
             rows = slice(start, min(start + self.RELABEL_ROWS, len(self)))
             self.reward[rows] = reward(self.inputs[rows])
+            between_parts()

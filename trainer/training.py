@@ -30,6 +30,9 @@ class Upkeep(Protocol):
     def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         """Record, evaluate and checkpoint what is due."""
 
+    def obey(self) -> None:
+        """In the middle of something long: wait while people pause, raise when they stop the run."""
+
     def phase(self, phase: str) -> None:
         """Say what is being done."""
 
@@ -54,6 +57,7 @@ class Training:
     upkeep: Upkeep
     step: int = 0
     fits: int = 0
+    relabelled: bool = True
     exploring: bool = True
     began_at: int = -1
 
@@ -61,6 +65,7 @@ class Training:
         """Explore, then learn from the reward until the steps are used up (Algorithm 2)."""
         while self.step < self.config.total_steps:
             self.upkeep.before_step(self)
+            self.relabel_when_due()  # only if a stop broke it off
             while (cursor := self.feedback.before_step(self.step)) is not None:  # lines 9–14: ask
                 self.learn_reward(cursor)  # lines 15–17: fit the reward, relabel
             self.end_exploration_when_due()
@@ -91,8 +96,6 @@ class Training:
         preferences = self.answered.preferences(labels)
         report = self.model.fit(preferences, self.answered.preferences(fresh) if fresh else None)
         scores = self.model.probabilities(preferences.first, preferences.second).mean(0)
-        self.upkeep.phase("relabelling")
-        self.agent.relabel(self.model)
         self.journal.fit(
             index=self.fits,
             step=self.step,
@@ -101,6 +104,17 @@ class Training:
             probabilities=dict(zip(labels, scores.tolist(), strict=True)),
         )
         self.fits += 1
+        self.relabelled = False
+        self.relabel_when_due()
+
+    def relabel_when_due(self) -> None:
+        """Give every stored transition the reward that r̂ says now; a stop in the middle begins it anew."""
+        if self.relabelled:
+            return
+        assert self.model is not None
+        self.upkeep.phase("relabelling")
+        self.agent.relabel(self.model, self.upkeep.obey)
+        self.relabelled = True
         self.end_exploration_when_due()
         self.upkeep.after_fit(self)
 
@@ -151,6 +165,7 @@ class Training:
         return {
             "step": self.step,
             "fits": self.fits,
+            "relabelled": self.relabelled,
             "exploring": self.exploring,
             "began_at": self.began_at,
             "randomness": self.randomness.state(),
@@ -163,7 +178,7 @@ class Training:
 
     def load(self, state: dict[str, Any]) -> None:
         """Go on from a state; buffer and pool are restored before."""
-        for name in ("step", "fits", "exploring", "began_at"):
+        for name in ("step", "fits", "relabelled", "exploring", "began_at"):
             setattr(self, name, state[name])
         self.collector.load(state["collector"])
         self.agent.load(state["agent"])

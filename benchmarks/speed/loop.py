@@ -35,6 +35,9 @@ class Interrupting:
     def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         raise OneStepDone
 
+    def obey(self) -> None:
+        """Nobody is obeyed."""
+
     def phase(self, phase: str) -> None:
         """Nobody is told."""
 

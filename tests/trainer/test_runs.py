@@ -33,6 +33,7 @@ from trainer.attempt import Attempt
 from trainer.checkpoints import Checkpoints
 from trainer.posting import PeoplesDesk
 from trainer.replay import digest, replay
+from trainer.replay_buffer import ReplayBuffer
 from trainer.reward_model import RewardModel
 from trainer.upkeep import RecordedUpkeep
 
@@ -170,6 +171,32 @@ def test_stopped_and_resumed_it_ends_with_the_same_rows_and_weights(lab: Lab, un
         assert attempt.live() is RunState.STOPPED
     with lab.database.write() as session:
         assert get_run(session, RUN).step == 520
+        resume_run(session, RUN)
+    assert lab.live() is RunState.FINISHED
+    assert rows(lab) == rows(undisturbed)
+    assert weights(lab) == weights(undisturbed)
+
+
+def test_stopped_while_relabelling_it_ends_with_the_same_rows_and_weights(
+    lab: Lab, undisturbed: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab.request(small_config())
+    monkeypatch.setattr(ReplayBuffer, "RELABEL_ROWS", 100)
+    obey, phases = RecordedUpkeep.obey, []
+
+    def stopping(self: RecordedUpkeep) -> None:
+        if self.progress.status.phase == "relabelling":
+            phases.append("relabelling")
+            if len(phases) == 2:
+                with lab.database.write() as session:
+                    stop_run(session, RUN)
+                self.progress.listen()
+        obey(self)
+
+    monkeypatch.setattr(RecordedUpkeep, "obey", stopping)
+    assert lab.live() is RunState.STOPPED
+    assert len(phases) == 2  # it did not wait for the other parts
+    with lab.database.write() as session:
         resume_run(session, RUN)
     assert lab.live() is RunState.FINISHED
     assert rows(lab) == rows(undisturbed)

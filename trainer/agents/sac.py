@@ -94,8 +94,8 @@ class SACAgent:
         columns = (observations, actions, rewards, next_observations, terminated)
         self.buffer.add(*(torch.as_tensor(column, device=self.device) for column in columns))
 
-    def relabel(self, reward: RewardFunction) -> None:
-        self.buffer.relabel(reward)
+    def relabel(self, reward: RewardFunction, between_parts: Callable[[], None]) -> None:
+        self.buffer.relabel(reward, between_parts)
 
     # Learning ------------------------------------------------------------------------------------
 
