@@ -99,6 +99,11 @@ class Actor(nn.Module):
         """tanh(μ): the action when evaluated, [B, A]."""
         return torch.tanh(self(observation)[0])
 
+    def explore(self, observation: Tensor, noise: Tensor) -> Tensor:
+        """The action [B, A] that standard normal noise [B, A] makes."""
+        mean, log_std = self(observation)
+        return torch.tanh(mean + log_std.exp() * noise)
+
     def sample(self, observation: Tensor, noise: Tensor) -> tuple[Tensor, Tensor]:
         """The action [B, A] that standard normal noise [B, A] makes, reparametrised, and its log-probability [B]."""
         mean, log_std = self(observation)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.speed.contest import Speeds, contest, ours
+from benchmarks.speed.growth import growth, plot
 from benchmarks.speed.rows import Row, all_rows
 from benchmarks.speed.start import processor, train_to_first_step, up_to_served_page
 
@@ -118,7 +119,9 @@ def main() -> None:
     for row_of_start in starts():
         rows.append(row_of_start)
         print(line(row_of_start), flush=True)
-    written = {"machine": machine(chosen.peers), "rows": rows}
+    curves = growth()
+    plot(curves, RESULTS / "growth.png")
+    written = {"machine": machine(chosen.peers), "rows": rows, "growth": curves}
     (RESULTS / "speed.json").write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
 
 

@@ -80,7 +80,7 @@ class SACAgent:
         if not explore:
             return self.actor.best(observed)
         size = (len(observed), self.sizes[1])
-        return self.actor.sample(observed, torch.randn(size, generator=self._acting, device=self.device))[0]
+        return self.actor.explore(observed, torch.randn(size, generator=self._acting, device=self.device))
 
     def observe(
         self,
