@@ -57,7 +57,7 @@ def ours(task: str, threads: int, **settings: Any) -> list[str]:
 
 def peer(python: Path, name: str, threads: int, width: int, batch: int) -> list[str]:
     """A contestant from another library."""
-    return [str(python), str(HERE / "peers.py"), name, str(threads), str(width), str(batch)]
+    return [str(python), "-P", str(HERE / "peers.py"), name, str(threads), str(width), str(batch)]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Where a step of training spends its time: `python -m benchmarks.speed.profile [--preset NAME] [--plain]`."""
+"""Where a step of training spends its time: `python -m benchmarks.speed.step_times [--preset NAME] [--plain]`."""
 
 from __future__ import annotations
 
