@@ -30,7 +30,7 @@ def labeller_named(session: Session, name: str, kind: LabellerKind = LabellerKin
 def lease_queries(
     session: Session, run_id: str, labeller_id: int, *, count: int, now: datetime, rng: random.Random
 ) -> list[Lease]:
-    """Up to `count` leases of that labeller, oldest query first: the ones held, renewed, and fresh ones.
+    """Up to `count` leases of that labeller: the ones held, renewed, then fresh ones; the oldest query comes first.
 
     A query is available while standing answers and others' leases are fewer than needed, and the labeller
     has neither. Sides are swapped at random once; a lease that lapsed or was given back comes back to its
@@ -45,7 +45,7 @@ def lease_queries(
     fresh = session.scalars(available_queries(run_id, labeller_id, now).limit(count - len(held))).all()
     leases = held + [_lend_again_or_anew(session, query.id, labeller_id, now, rng) for query in fresh]
     session.flush()
-    return leases
+    return sorted(leases, key=lambda lease: (lease.query.session_id, lease.query.index))
 
 
 def _lend_again_or_anew(

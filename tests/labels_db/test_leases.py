@@ -41,6 +41,14 @@ def test_asking_again_renews_the_same_leases(database: Database) -> None:
         assert {lease.expires_at for lease in after} == {later + LEASE_TIME}
 
 
+def test_a_lease_given_back_comes_back_in_its_query_s_place(database: Database) -> None:
+    with database.write() as session:
+        ann, _bob = _asked(session, 3)
+        first, *_ = given.leases(session, ann, 3)
+        leases.release_lease(session, first.id, ann, now=NOW)
+        assert [lease.query.index for lease in given.leases(session, ann, 3)] == [0, 1, 2]
+
+
 def test_an_expired_lease_frees_the_query_for_others(database: Database) -> None:
     with database.write() as session:
         ann, bob = _asked(session, 1)
