@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from playwright.sync_api import Page, expect
 
 from tests.labelling_rig import LabelRun
+from tests.web.waiting import until
 
 GUARD_MS = 170
 """Longer than the page's own guard against a key that was meant for the pair before."""
@@ -29,15 +30,9 @@ class Hand:
         return self
 
     def until(self, holds: str, arg: object = None, *, seconds: float = 8) -> Hand:
-        """Wait until an expression or function holds on the page.
-
-        Playwright's own `wait_for_function` calls `eval` there, which the page's policy forbids.
-        """
-        for _ in range(round(seconds / 0.05)):
-            if self.page.evaluate(holds, arg):
-                return self
-            self.page.wait_for_timeout(50)
-        raise AssertionError(f"not within {seconds} s: {holds}")
+        """Wait until an expression or function holds on the page."""
+        until(self.page, holds, arg, seconds=seconds)
+        return self
 
     def wait_for_pair(self, after: int = 0) -> Hand:
         """Wait for one more pair to have been on screen."""
@@ -66,9 +61,7 @@ class Hand:
 
     def saved(self) -> Hand:
         """Wait until the server has everything."""
-        self.page.wait_for_function(
-            "run => (localStorage[`pebble:outbox:${run}`] ?? '[]') === '[]'", arg="mill"
-        )
+        self.until("run => (localStorage[`pebble:outbox:${run}`] ?? '[]') === '[]'", "mill")
         expect(self.page.locator("[data-saved]")).to_have_text("Saved")
         return self
 

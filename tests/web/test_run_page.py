@@ -13,6 +13,7 @@ from labels_db.policy_commands import policy_commands_of
 from labels_db.runs import Claim, finish_run
 from tests.web import demo
 from tests.web.conftest import LiveServer
+from tests.web.waiting import until
 
 
 @pytest.fixture
@@ -49,9 +50,9 @@ def test_the_slider_shows_the_policy_of_another_step(page: Page, run: Run) -> No
     slider.press("ArrowLeft")
     expect(page.get_by_text("After step 4\u202f000")).to_be_visible()
     expect(video).to_have_attribute("src", f"/runs/{run.id}/videos/4000.mp4")
-    page.wait_for_function("document.querySelector('video').readyState >= 2")
+    until(page, "document.querySelector('video').readyState >= 2")
     page.evaluate("document.querySelector('video').currentTime = 1.5")
-    page.wait_for_function("document.querySelector('video').currentTime >= 1.4")
+    until(page, "document.querySelector('video').currentTime >= 1.4")
 
 
 def test_the_record_renews_itself_and_leaves_what_is_typed(
