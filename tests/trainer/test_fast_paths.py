@@ -93,7 +93,7 @@ def test_passes_in_one_room_overwrite_each_other_and_those_in_two_do_not() -> No
 @pytest.mark.parametrize("slope", [0.0, 0.01])
 def test_rounded_products_stay_close(slope: float) -> None:
     net = EnsembleMLP(2, [30, 64, 64, 1], slope, orthogonal, torch.Generator().manual_seed(0))
-    generator = torch.Generator().manual_seed(1)
+    generator = torch.Generator().manual_seed(0)
     x, above = torch.randn(128, 30, generator=generator), torch.randn(2, 128, 1, generator=generator)
     expected = net(x)
     (gradient,) = torch.autograd.grad(expected, [net.flat], above)
@@ -102,7 +102,7 @@ def test_rounded_products_stay_close(slope: float) -> None:
         assert relative(passes.forward(x), expected) < 0.03
         passes.backward(above)
     similarity = torch.nn.functional.cosine_similarity(passes.gradient, gradient, dim=0)
-    assert similarity > 0.99
+    assert similarity > 0.999
     assert passes.gradient.dtype == torch.float32
     with torch.no_grad():
         net.flat.add_(1)
@@ -144,7 +144,7 @@ def test_an_update_by_hand_equals_one_under_autograd(
     ):
         assert ours.grad is not None
         assert theirs.grad is not None
-        assert relative(ours.grad, theirs.grad) < 1e-4
+        assert relative(ours.grad, theirs.grad) < 1e-5
     for _ in range(3):
         plain.update()
         by_hand.update()

@@ -8,21 +8,10 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.labelling_rig import LabelRun
-from tests.web.conftest import LiveServer
 from tests.web.label_hand import Hand
 
 AXE = Path(__file__).parent / "vendor" / "axe" / "axe.min.js"
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
-
-
-@pytest.fixture
-def run(live_server: LiveServer) -> LabelRun:
-    return LabelRun(live_server.database, live_server.data.open_store()).begin()
-
-
-@pytest.fixture
-def hand(page: Page, live_server: LiveServer, run: LabelRun) -> Hand:
-    return Hand(page, live_server.url, run)
 
 
 @pytest.mark.browser_context_args(java_script_enabled=False)
