@@ -6,6 +6,7 @@ instead of failing half-way, and stays short; a read refuses to write, since not
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ from sqlalchemy import URL, Connection, Engine, create_engine, event
 from sqlalchemy.orm import Session
 
 BUSY_TIMEOUT_MS = 30_000
+JOURNAL_RETRY_S = 0.02
 _WRITES = "writes"
 
 
@@ -74,16 +76,25 @@ def _session(engine: Engine) -> Session:
 
 def _configure(connection: Any, _record: Any) -> None:
     connection.isolation_level = None  # transactions begin where `_begin` says, not where the driver guesses
-    journal = "WAL" if wal_is_safe(sqlite.sqlite_version_info) else "TRUNCATE"
     cursor = connection.cursor()
-    for pragma in (
-        f"busy_timeout={BUSY_TIMEOUT_MS}",
-        f"journal_mode={journal}",
-        "synchronous=FULL",
-        "foreign_keys=ON",
-    ):
+    cursor.execute(f"PRAGMA busy_timeout={BUSY_TIMEOUT_MS}")
+    _keep_journal(cursor, "WAL" if wal_is_safe(sqlite.sqlite_version_info) else "TRUNCATE")
+    for pragma in ("synchronous=FULL", "foreign_keys=ON"):
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()
+
+
+def _keep_journal(cursor: Any, mode: str) -> None:
+    """Set the journal's mode, waiting for others: SQLite's own busy timeout does not cover its change."""
+    patience = time.monotonic() + BUSY_TIMEOUT_MS / 1000
+    while True:
+        try:
+            cursor.execute(f"PRAGMA journal_mode={mode}")
+            return
+        except sqlite.OperationalError as error:
+            if error.sqlite_errorcode != sqlite.SQLITE_BUSY or time.monotonic() > patience:
+                raise
+            time.sleep(JOURNAL_RETRY_S)
 
 
 def _begin(connection: Connection) -> None:

@@ -57,6 +57,22 @@ def test_an_older_sqlite_keeps_a_rollback_journal(data: DataFolder, monkeypatch:
     older.close()
 
 
+def test_opening_waits_while_another_process_creates_the_database(tmp_path: Path) -> None:
+    path = tmp_path / "new.db"
+    creator = sqlite.connect(str(path), isolation_level=None, check_same_thread=False)
+    creator.execute("CREATE TABLE made (by)")
+    creator.execute("BEGIN IMMEDIATE")
+    done = threading.Timer(0.3, lambda: creator.execute("COMMIT"))
+    done.start()
+    database = Database(path)
+    with database.read() as session:
+        assert session.connection().exec_driver_sql("SELECT count(*) FROM made").scalar() == 0
+    assert _pragma(database, "journal_mode") == "wal"
+    database.close()
+    done.join()
+    creator.close()
+
+
 def test_a_row_needs_what_it_points_at(database: Database) -> None:
     card = GoalCard(run_id="nowhere", version=1, text="", created_at=NOW)
     with pytest.raises(IntegrityError, match="FOREIGN KEY"), database.write() as session:

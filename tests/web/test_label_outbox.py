@@ -27,8 +27,9 @@ def test_answers_given_offline_arrive_later(hand: Hand, run: LabelRun, page: Pag
     hand.press("ArrowUp")
     expect(page.locator("[data-sentence]")).to_contain_text("Your last 4 answers are kept here.")
     assert run.answers() == []
+    shown = hand.shown
     page.unroute("**/api/**")
-    hand.saved().answer("ArrowLeft").saved()
+    hand.wait_for_pair(shown).answer("ArrowLeft").saved()
     assert run.standing() == {0: "first", 1: "equal", 2: "second", 3: "equal", 4: "first"}
     assert len(run.answers()) == 5
 
