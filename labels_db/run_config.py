@@ -81,6 +81,7 @@ class SAC(Config):
     kind: Literal["sac"] = "sac"
     width: int = Field(1024, ge=8, le=4096, description="Units in each hidden layer of actor and critic.")
     depth: int = Field(2, ge=1, le=6, description="Hidden layers of actor and critic.")
+    layer_norm: bool = Field(False, description="Normalise the critics' hidden layers; no in the paper.")
     batch_size: int = Field(1024, ge=8, le=8192, description="Transitions in one update.")
     learning_rate: float = Field(5e-4, gt=0, le=0.1, description="Adam's rate for actor and critic.")
     temperature_learning_rate: float = Field(1e-4, gt=0, le=0.1, description="Adam's rate for log α.")

@@ -34,9 +34,13 @@ def linear_default(weight: Tensor, bias: Tensor, generator: torch.Generator) -> 
 class EnsembleMLP(nn.Module):
     """E independent perceptrons on the same input or on one each: [B, in] or [E, B, in] → [E, B, out].
 
-    Between its linear layers x becomes max(x, slope·x). All weights lie in one parameter, `flat`, so that an
-    optimiser's step, a Polyak average or a change of precision is one operation, however many layers there are.
+    Between its linear layers x becomes max(x, slope·x); with `normalised`, x before that becomes
+    (x − mean)/√(variance + ε) over a layer's units (Ba et al. 2016, without gain and bias, which the next linear
+    layer makes up for). All weights lie in one parameter, `flat`, so that an optimiser's step, a Polyak average
+    or a change of precision is one operation, however many layers there are.
     """
+
+    EPSILON = 1e-5
 
     def __init__(
         self,
@@ -45,11 +49,14 @@ class EnsembleMLP(nn.Module):
         slope: float,
         init: Initialiser,
         generator: torch.Generator,
+        *,
+        normalised: bool = False,
     ) -> None:
         super().__init__()
         self.members = members
         self.sizes = tuple(sizes)
         self.slope = slope
+        self.normalised = normalised
         count = sum((inputs + 1) * outputs for inputs, outputs in itertools.pairwise(sizes))
         self.flat = nn.Parameter(torch.empty(members * count))
         with torch.no_grad():
@@ -74,7 +81,10 @@ class EnsembleMLP(nn.Module):
             x = x.expand(self.members, *x.shape)
         *hidden, (weight, bias) = self.layers()
         for hidden_weight, hidden_bias in hidden:
-            x = F.leaky_relu(torch.baddbmm(hidden_bias, x, hidden_weight), self.slope)
+            x = torch.baddbmm(hidden_bias, x, hidden_weight)
+            if self.normalised:
+                x = F.layer_norm(x, x.shape[-1:], eps=self.EPSILON)
+            x = F.leaky_relu(x, self.slope)
         return torch.baddbmm(bias, x, weight)
 
 
@@ -132,11 +142,18 @@ class Critic(nn.Module):
     """Two independent Q functions on (s, a)."""
 
     def __init__(
-        self, observation_size: int, action_size: int, width: int, depth: int, generator: torch.Generator
+        self,
+        observation_size: int,
+        action_size: int,
+        width: int,
+        depth: int,
+        generator: torch.Generator,
+        *,
+        normalised: bool = False,
     ) -> None:
         super().__init__()
         sizes = [observation_size + action_size, *[width] * depth, 1]
-        self.twins = EnsembleMLP(2, sizes, 0.0, orthogonal, generator)
+        self.twins = EnsembleMLP(2, sizes, 0.0, orthogonal, generator, normalised=normalised)
 
     def forward(self, observation: Tensor, action: Tensor) -> Tensor:
         """Both values, [2, B]."""

@@ -40,6 +40,8 @@ class Layer:
     """
 
     def __init__(self, value: Tensor, delta: Tensor, slope: float) -> None:
+        self.affine = value
+        """What the linear map said, [E, B, width]; the activation overwrites it."""
         self.value = value
         """After the activation, [E, B, width]."""
         self.delta = delta
@@ -66,6 +68,37 @@ class Layer:
 
     def __getitem__(self, rows: slice) -> Layer:
         return Layer(self.value[:, rows], self.delta[:, rows], self.slope)
+
+
+class NormalisedLayer(Layer):
+    """A layer that is normalised before its activation; mean and 1/deviation of each row stay, [2, E, B, 1]."""
+
+    def __init__(self, affine: Tensor, value: Tensor, delta: Tensor, moments: Tensor, slope: float) -> None:
+        super().__init__(value, delta, slope)
+        self.affine = affine
+        self.moments = moments
+        self._units = [value.shape[-1]]
+
+    def activate_(self) -> None:
+        value, mean, scale = torch.native_layer_norm(
+            self.affine, self._units, None, None, EnsembleMLP.EPSILON
+        )
+        self.value.copy_(value)
+        self.moments[0].copy_(mean)
+        self.moments[1].copy_(scale)
+        super().activate_()
+
+    def deactivate_(self) -> None:
+        super().deactivate_()
+        backward = torch.ops.aten.native_layer_norm_backward
+        of_the_input_only = [True, False, False]
+        self.delta.copy_(
+            backward(self.delta, self.affine, self._units, *self.moments, None, None, of_the_input_only)[0]
+        )
+
+    def __getitem__(self, rows: slice) -> NormalisedLayer:
+        parts = (self.affine[:, rows], self.value[:, rows], self.delta[:, rows], self.moments[:, :, rows])
+        return NormalisedLayer(*parts, self.slope)
 
 
 class Memory:
@@ -123,7 +156,7 @@ class Passes:
         self._done = memory = self._remember(inputs)
         x = memory.inputs
         for (weight, bias), layer in zip(self._layers, memory.hidden, strict=False):
-            torch.baddbmm(bias, x, weight, out=layer.value)
+            torch.baddbmm(bias, x, weight, out=layer.affine)
             layer.activate_()
             x = layer.value
         return self._outputs(x, memory.head)
@@ -199,16 +232,22 @@ class Passes:
         return memory
 
     def _new_memory(self, count: int) -> Memory:
-        def room(name: str, width: int) -> Tensor:
-            return self.room.take(name, (self.network.members, count, width), self.precision)
-
         inputs, *widths, _ = self.network.sizes
-        hidden = [  # gradients of neighbouring layers do not share their room
-            Layer(room(f"hidden {index}", width), room(f"delta {index % 2}", width), self.network.slope)
-            for index, width in enumerate(widths)
-        ]
+        hidden = [self._new_layer(index, count, width) for index, width in enumerate(widths)]
         head = self.room.take("head", (count, widths[-1]), torch.float32)
-        return Memory(room("inputs", inputs), hidden, head)
+        return Memory(self._take("inputs", count, inputs), hidden, head)
+
+    def _new_layer(self, index: int, count: int, width: int) -> Layer:
+        value, slope = self._take(f"hidden {index}", count, width), self.network.slope
+        delta = self._take(f"delta {index % 2}", count, width)  # neighbouring layers' do not share their room
+        if not self.network.normalised:
+            return Layer(value, delta, slope)
+        affine = self._take(f"affine {index}", count, width)
+        moments = self.room.take(f"moments {index}", (2, self.network.members, count, 1), self.precision)
+        return NormalisedLayer(affine, value, delta, moments, slope)
+
+    def _take(self, name: str, count: int, width: int) -> Tensor:
+        return self.room.take(name, (self.network.members, count, width), self.precision)
 
 
 def _affine(bias: Tensor, x: Tensor, weight: Tensor, *, out: Tensor) -> None:

@@ -37,17 +37,29 @@ def relative(found: torch.Tensor, expected: torch.Tensor) -> float:
     return float((found - expected).abs().max() / expected.abs().max().clamp(min=1e-30))
 
 
-def network(members: int, sizes: list[int], slope: float, seed: int) -> EnsembleMLP:
-    return EnsembleMLP(members, sizes, slope, linear_default, torch.Generator().manual_seed(seed))
+def network(
+    members: int, sizes: list[int], slope: float, seed: int, *, normalised: bool = False
+) -> EnsembleMLP:
+    generator = torch.Generator().manual_seed(seed)
+    return EnsembleMLP(members, sizes, slope, linear_default, generator, normalised=normalised)
 
 
 @settings(max_examples=60, deadline=None)
-@given(shapes, st.integers(1, 4), st.integers(1, 30), st.sampled_from([0.0, 0.01]), st.integers(0, 10**6))
+@given(
+    shapes,
+    st.integers(1, 4),
+    st.integers(1, 30),
+    st.sampled_from([0.0, 0.01]),
+    st.booleans(),
+    st.integers(0, 10**6),
+)
 def test_passes_by_hand_equal_autograd(
-    shape: tuple[int, int, list[int]], outputs: int, rows: int, slope: float, seed: int
+    shape: tuple[int, int, list[int]], outputs: int, rows: int, slope: float, normalised: bool, seed: int
 ) -> None:
     members, inputs, widths = shape
-    net = network(members, [inputs, *widths, outputs], slope, seed)
+    if normalised:
+        widths = [4 + width for width in widths]  # of a unit or two, normalised, only rounding is left
+    net = network(members, [inputs, *widths, outputs], slope, seed, normalised=normalised)
     generator = torch.Generator().manual_seed(seed)
     x = torch.randn(rows, inputs, generator=generator).requires_grad_()
     above = torch.randn(members, rows, outputs, generator=generator)
@@ -61,8 +73,9 @@ def test_passes_by_hand_equal_autograd(
         assert relative(passes.input_gradient(delta, slice(None)).sum(0), by_input) < 1e-5
 
 
-def test_a_backward_pass_may_be_about_the_last_rows_only() -> None:
-    net = network(1, [4, 8, 8, 2], 0.0, 0)
+@pytest.mark.parametrize("normalised", [False, True])
+def test_a_backward_pass_may_be_about_the_last_rows_only(normalised: bool) -> None:
+    net = network(1, [4, 8, 8, 2], 0.0, 0, normalised=normalised)
     torch.manual_seed(0)
     x, above = torch.randn(10, 4), torch.randn(1, 6, 2)
     (expected,) = torch.autograd.grad(net(x[4:]), [net.flat], above)
@@ -90,9 +103,11 @@ def test_passes_in_one_room_overwrite_each_other_and_those_in_two_do_not() -> No
         assert (relative(mine.gradient, expected) < 1e-5) == alike
 
 
+@pytest.mark.parametrize("normalised", [False, True])
 @pytest.mark.parametrize("slope", [0.0, 0.01])
-def test_rounded_products_stay_close(slope: float) -> None:
-    net = EnsembleMLP(2, [30, 64, 64, 1], slope, orthogonal, torch.Generator().manual_seed(0))
+def test_rounded_products_stay_close(slope: float, normalised: bool) -> None:
+    generator = torch.Generator().manual_seed(0)
+    net = EnsembleMLP(2, [30, 64, 64, 1], slope, orthogonal, generator, normalised=normalised)
     generator = torch.Generator().manual_seed(0)
     x, above = torch.randn(128, 30, generator=generator), torch.randn(2, 128, 1, generator=generator)
     expected = net(x)
@@ -105,7 +120,7 @@ def test_rounded_products_stay_close(slope: float) -> None:
     assert similarity > 0.999
     assert passes.gradient.dtype == torch.float32
     with torch.no_grad():
-        net.flat.add_(1)
+        net.flat.neg_()
     before = passes.forward(x)
     passes.refresh()
     assert relative(passes.forward(x), before) > 0.1  # weights are taken over when told
@@ -117,8 +132,17 @@ UPDATES: dict[str, Callable[[SACAgent], Update]] = {
 }
 
 
-def agent(update: str, observation: int, action: int, width: int, depth: int, seed: int) -> SACAgent:
-    config = SAC(width=width, depth=depth, batch_size=32, learning_rate=1e-3, temperature_learning_rate=1e-2)
+def agent(
+    update: str, observation: int, action: int, width: int, depth: int, normalised: bool, seed: int
+) -> SACAgent:
+    config = SAC(
+        width=width,
+        depth=depth,
+        layer_norm=normalised,
+        batch_size=32,
+        learning_rate=1e-3,
+        temperature_learning_rate=1e-2,
+    )
     made = SACAgent(config, observation, action, 100, Randomness(seed), CPU)
     made._update = UPDATES[update](made)
     rng = np.random.default_rng(seed)
@@ -130,11 +154,19 @@ def agent(update: str, observation: int, action: int, width: int, depth: int, se
 
 
 @settings(max_examples=15, deadline=None)
-@given(st.integers(1, 12), st.integers(1, 5), st.integers(8, 32), st.integers(1, 3), st.integers(0, 10**6))
+@given(
+    st.integers(1, 12),
+    st.integers(1, 5),
+    st.integers(8, 32),
+    st.integers(1, 3),
+    st.booleans(),
+    st.integers(0, 10**6),
+)
 def test_an_update_by_hand_equals_one_under_autograd(
-    observation: int, action: int, width: int, depth: int, seed: int
+    observation: int, action: int, width: int, depth: int, normalised: bool, seed: int
 ) -> None:
-    plain, by_hand = (agent(kind, observation, action, width, depth, seed) for kind in ("plain", "by hand"))
+    sizes = (observation, action, width, depth)
+    plain, by_hand = (agent(kind, *sizes, normalised, seed) for kind in ("plain", "by hand"))
     said = [learner.update().read() for learner in (plain, by_hand)]
     assert said[1] == pytest.approx(said[0], rel=1e-4, abs=1e-5)
     for ours, theirs in (

@@ -62,7 +62,9 @@ class SACAgent:
 
     def reset_critic(self) -> None:
         """New critics, targets and optimiser; actor and temperature stay (after exploration, §1)."""
-        self.critic = Critic(*self.sizes, self.config.width, self.config.depth, self._weights).to(self.device)
+        size = (self.config.width, self.config.depth)
+        critic = Critic(*self.sizes, *size, self._weights, normalised=self.config.layer_norm)
+        self.critic = critic.to(self.device)
         self.target_critic = copy.deepcopy(self.critic).requires_grad_(False)
         self.critic_optimizer = FlatAdam((self.critic.twins.flat, self.config.learning_rate))
         self._update: Update = UpdateByHand(self, self.precision)
