@@ -12,7 +12,7 @@ RUN pip install --no-cache-dir --index-url https://download.pytorch.org/whl/cpu 
 
 WORKDIR /app
 COPY . .
-RUN pip install --no-cache-dir '.[trainer,export]'
+RUN pip install --no-cache-dir '.[trainer,export,metaworld,classic,experiments]'
 
 USER pebble
 ENV PEBBLE_DATA=/data PYTHONUNBUFFERED=1

@@ -18,7 +18,7 @@ setup-tests:
 run: setup ## Serve the product at http://127.0.0.1:8000
 	@$(bin)/pebble up || [ $$? -eq 130 ] # Ctrl-C is the usual end
 
-test: setup-tests ## Run every test but the demonstrations
+test: setup-tests ## Run every test but the demonstrations and the slow contracts
 	@$(pytest)
 
 check: setup-tests ## Format, lint, types, tests: what must pass before a change lands

@@ -20,6 +20,7 @@ from labels_db.answers import pressed_for
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import Lease
+from labels_db.runs import config_of, get_run
 from server.token import access_token
 from trainer.teachers import ScriptedTeacher, scripted_teacher_named
 
@@ -57,10 +58,11 @@ def label_run(
 ) -> None:
     """Answer until the run wants no more, or `answers` have been given."""
     try:
-        scripted = scripted_teacher_named(teacher)
+        config = scripted_teacher_named(teacher)
     except ValueError as error:
         raise UsageError(f"--teacher {error}") from error
     client, database = Client(url, access_token(data)), data.open_database()
+    scripted = ScriptedTeacher(config, data.open_store(), _seed(database, run_id))
     client.send("PUT", "/api/labeller", {"name": f"{teacher} (scripted)"})
     given = 0
     for given, lease in enumerate(islice(_leases(client, run_id), answers), start=1):
@@ -86,10 +88,14 @@ def _leases(client: Client, run_id: str) -> Iterator[dict[str, Any]]:
             time.sleep(WAIT_SECONDS)
 
 
+def _seed(database: Database, run_id: str) -> int:
+    with database.read() as session:
+        return config_of(get_run(session, run_id)).seed
+
+
 def _answer(database: Database, lease_id: int, teacher: ScriptedTeacher) -> dict[str, Any]:
-    """What the teacher presses: true returns and sides come from the record, never over HTTP."""
+    """What the teacher presses: true rewards and sides come from the record, never over HTTP."""
     with database.read() as session:
         lease = session.get_one(Lease, lease_id)
-        choice = teacher(lease.query.first.true_return, lease.query.second.true_return)
-    pressed = pressed_for(choice, swapped=lease.swapped)
+        pressed = pressed_for(teacher(lease.query), swapped=lease.swapped)
     return {"answer_id": str(uuid.uuid4()), "lease_id": lease_id, "pressed": pressed.value, "count": 0}

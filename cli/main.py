@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib.metadata import version
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -107,6 +109,9 @@ def train(
     data: Data,
     profile: Annotated[str | None, typer.Option(help="laptop or paper, as the preset has them.")] = None,
     teacher: Annotated[str | None, typer.Option(help="Who answers: human, or a scripted teacher.")] = None,
+    method: Annotated[
+        str | None, typer.Option(help="How it learns, as `pebble methods` lists; pebble by default.")
+    ] = None,
     labels: Annotated[int | None, typer.Option(min=1, help="Answers in all.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Steps in all.")] = None,
     seed: Seed = None,
@@ -125,7 +130,48 @@ def train(
         "total_steps": steps,
         "seed": seed,
     }
-    sys.exit(train_here(preset, chosen_config(preset, profile, shortcuts, setting or []), data, as_json=json))
+    config = chosen_config(preset, profile, shortcuts, setting or [], method)
+    sys.exit(train_here(preset, config, data, as_json=json))
+
+
+ExperimentFile = Annotated[Path, typer.Argument(help="A YAML file, as docs/experiments.md describes.")]
+
+
+@app.command()
+def experiment(
+    file: ExperimentFile,
+    data: Data,
+    parallel: Annotated[
+        int | None, typer.Option(min=1, help="Runs at a time, one thread each; by default one a core.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run methods × tasks × seeds; run it again after any end to go on."""
+    from cli.experiment import live_through
+
+    sys.exit(live_through(file, data, parallel or os.cpu_count() or 1, as_json=json))
+
+
+@app.command()
+def plot(
+    file: ExperimentFile,
+    data: Data,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the figures; by default beside the results.")
+    ] = None,
+) -> None:
+    """Draw an experiment's figures from its results."""
+    from cli.experiment import plot as draw
+
+    draw(file, data, out)
+
+
+@app.command()
+def methods(json: Json = False) -> None:
+    """List the methods that can be compared."""
+    from cli.experiment import list_methods
+
+    list_methods(as_json=json)
 
 
 @app.command()
@@ -142,6 +188,27 @@ def presets(json: Json = False) -> None:
     from cli.listing import list_presets
 
     list_presets(as_json=json)
+
+
+@app.command()
+def environments(
+    data: Data,
+    add: Annotated[
+        str | None, typer.Option(metavar="gym:ID", help="Try this one and add it to the data folder's.")
+    ] = None,
+    title: Annotated[
+        str | None, typer.Option(help="What the added one is called; its id by default.")
+    ] = None,
+    goal: Annotated[str | None, typer.Option(help="What people look for in its clips.")] = None,
+    json: Json = False,
+) -> None:
+    """List the environments that runs can be in, or add one that Gymnasium knows."""
+    from cli.environments import add_environment, list_environments
+
+    if add is not None:
+        add_environment(add, data, title, goal)
+    else:
+        list_environments(as_json=json)
 
 
 @app.command()

@@ -17,6 +17,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from cli.errors import UsageError
 from labels_db.data_folder import DataFolder
 from labels_db.feedback_progress import feedback_progress
+from labels_db.methods import method_named
 from labels_db.models import RunState, utc_now
 from labels_db.overrides import SettingError, with_settings
 from labels_db.presets import preset_named
@@ -33,11 +34,15 @@ ENDS = {RunState.FINISHED: 0, RunState.STOPPED: 0, RunState.QUEUED: 0}
 
 
 def chosen_config(
-    preset: str, profile: str | None, shortcuts: Mapping[str, object], settings: list[str]
+    preset: str,
+    profile: str | None,
+    shortcuts: Mapping[str, object],
+    settings: list[str],
+    method: str | None = None,
 ) -> RunConfig:
     """The preset's profile with the options' values; UsageError names the option that is wrong."""
     try:
-        config = preset_named(preset).config(profile)
+        config = method_named(method or "pebble").config(preset_named(preset), profile)
     except ValueError as error:
         raise UsageError(str(error)) from error
     changes = {path: str(value) for path, value in shortcuts.items() if value is not None}

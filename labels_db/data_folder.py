@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from labels_db import catalogue
 from labels_db.database import Database
 from labels_db.migrate import open_database
 from labels_db.storage import ArtifactStore
@@ -17,10 +18,19 @@ class DataFolder:
     path: Path
     artifacts_url: str | None = None
 
+    def __post_init__(self) -> None:
+        """Whoever works in the folder knows the environments that were added to it."""
+        catalogue.include(self.catalogue_path)
+
     @property
     def database_path(self) -> Path:
         """The record."""
         return self.path / "pebble.db"
+
+    @property
+    def catalogue_path(self) -> Path:
+        """Environments added to this installation."""
+        return self.path / "catalogue.json"
 
     @property
     def token_path(self) -> Path:

@@ -33,7 +33,7 @@ def estimate_bytes(config: RunConfig) -> Estimate:
     """An upper estimate; what a checkpoint shares with the one before is counted once."""
     known = config.catalogue_entry
     row = (known.observation_size + known.action_size + 2) * FLOAT
-    rows = config.agent.replay_capacity or config.total_steps
+    rows = config.agent.transitions_kept(config)
     step = row + known.state_size * DOUBLE
     segments = 2 * config.budget
     evaluations = config.total_steps // config.evaluation.every

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import ColumnElement, func, select
-from sqlalchemy.orm import Session
+from sqlalchemy import ColumnElement, Select, func, select
+from sqlalchemy.orm import InstrumentedAttribute, Session
 
 from labels_db.models import Answer, Choice, Desired, FeedbackSession, Query, QueryState, Run
 from labels_db.runs import config_of, get_run
@@ -30,45 +32,63 @@ class FeedbackProgress:
 
 
 def feedback_progress(session: Session, run: Run) -> FeedbackProgress:
-    """Count the run's queries and standing answers.
+    """One run's counts."""
+    return feedback_progress_of(session, [run])[run.id]
+
+
+def feedback_progress_of(session: Session, runs: Sequence[Run]) -> dict[str, FeedbackProgress]:
+    """Count each run's queries and standing answers, with as many statements for many runs as for one.
 
     People: a query counts once somebody has preferred or called it equal. Scripted: every query posted counts.
     """
-    config = config_of(run)
-    judged = (Answer.run_id == run.id, standing())
-    preferences = _count(
-        session, func.count(Answer.query_id.distinct()), *judged, Answer.choice != Choice.SKIP
+    ids = [run.id for run in runs]
+    judged = _each(Answer.run_id, func.count(Answer.query_id.distinct()), ids).where(standing())
+    preferences = _counts(session, judged.where(Answer.choice != Choice.SKIP))
+    skips = _each(Answer.run_id, func.count(Answer.id), ids).where(standing(), Answer.choice == Choice.SKIP)
+    skipped = _counts(session, skips)
+    posted = _counts(session, _each(Query.run_id, func.count(Query.id), ids))
+    waiting, rendering = _open(session, ids), _rendering(session, ids)
+    found = {}
+    for run in runs:
+        config = config_of(run)
+        found[run.id] = FeedbackProgress(
+            budget=config.budget,
+            given=preferences[run.id] if config.asks_people else posted[run.id],
+            preferences=preferences[run.id],
+            skipped=skipped[run.id],
+            open=waiting[run.id],
+            posted=posted[run.id],
+            rendering=rendering[run.id],
+        )
+    return found
+
+
+def _open(session: Session, ids: Collection[str]) -> Counter[str]:
+    return _counts(
+        session, _each(Query.run_id, func.count(Query.id), ids).where(Query.state == QueryState.OPEN)
     )
-    posted = _count(session, func.count(Query.id), Query.run_id == run.id)
-    return FeedbackProgress(
-        budget=config.budget,
-        given=preferences if config.asks_people else posted,
-        preferences=preferences,
-        skipped=_count(session, func.count(Answer.id), *judged, Answer.choice == Choice.SKIP),
-        open=_open(session, run.id),
-        posted=posted,
-        rendering=_rendering(session, run.id),
+
+
+def _rendering(session: Session, ids: Collection[str]) -> Counter[str]:
+    """Asked by sessions that are still open, less what those have posted."""
+    going = FeedbackSession.closed_at.is_(None)
+    asked = _each(FeedbackSession.run_id, func.sum(FeedbackSession.asked), ids).where(going)
+    posted = _each(FeedbackSession.run_id, func.count(Query.id), ids).where(going)
+    return _counts(session, asked) - _counts(
+        session, posted.join(Query, FeedbackSession.id == Query.session_id)
     )
 
 
-def _open(session: Session, run_id: str) -> int:
-    return _count(session, func.count(Query.id), Query.run_id == run_id, Query.state == QueryState.OPEN)
+Counted = Select[str, int]
 
 
-def _rendering(session: Session, run_id: str) -> int:
-    asked = select(func.coalesce(func.sum(FeedbackSession.asked), 0)).where(
-        FeedbackSession.run_id == run_id, FeedbackSession.closed_at.is_(None)
-    )
-    posted = (
-        select(func.count(Query.id))
-        .join(FeedbackSession, FeedbackSession.id == Query.session_id)
-        .where(FeedbackSession.run_id == run_id, FeedbackSession.closed_at.is_(None))
-    )
-    return max(0, (session.scalar(asked) or 0) - (session.scalar(posted) or 0))
+def _each(run_id: InstrumentedAttribute[str], what: ColumnElement[int], ids: Collection[str]) -> Counted:
+    return select(run_id, what).where(run_id.in_(ids)).group_by(run_id)
 
 
-def _count(session: Session, what: ColumnElement[int], *conditions: ColumnElement[bool]) -> int:
-    return session.scalar(select(what).where(*conditions)) or 0
+def _counts(session: Session, wanted: Counted) -> Counter[str]:
+    """By run; a run that nothing was found of has 0."""
+    return Counter(dict(session.execute(wanted).all()))
 
 
 @dataclass(frozen=True)
@@ -88,4 +108,5 @@ class Inbox:
 
 def read_inbox(session: Session, run_id: str) -> Inbox:
     run = get_run(session, run_id)
-    return Inbox(run.desired, run.answer_sequence, _open(session, run_id), _rendering(session, run_id))
+    waiting, rendering = _open(session, [run_id]), _rendering(session, [run_id])
+    return Inbox(run.desired, run.answer_sequence, waiting[run_id], rendering[run_id])

@@ -12,12 +12,27 @@ from labels_db.models import FeedbackSession, Query, QueryState, Segment, utc_no
 from labels_db.runs import Claim, owned_run
 
 
-def open_session(session: Session, claim: Claim, *, index: int, step: int, asked: int) -> FeedbackSession:
+def open_session(
+    session: Session,
+    claim: Claim,
+    *,
+    index: int,
+    step: int,
+    asked: int,
+    segment_return: float | None = None,
+) -> FeedbackSession:
     """Session `index` of the run; one that an earlier attempt opened is adopted with its queries."""
     owned_run(session, claim)
     found = find_session(session, claim.run_id, index)
     if found is None:
-        found = FeedbackSession(run_id=claim.run_id, index=index, step=step, asked=asked, opened_at=utc_now())
+        found = FeedbackSession(
+            run_id=claim.run_id,
+            index=index,
+            step=step,
+            asked=asked,
+            opened_at=utc_now(),
+            segment_return=segment_return,
+        )
         session.add(found)
         session.flush()
     return found

@@ -133,6 +133,9 @@ class Run(Base):
     id: Mapped[str] = mapped_column(primary_key=True)
     title: Mapped[str]
     preset: Mapped[str | None]
+    experiment: Mapped[str | None] = mapped_column(index=True)
+    method: Mapped[str | None]
+    """What an experiment calls this run's way of learning."""
     config: Mapped[dict[str, Any]]
     state: Mapped[RunState] = mapped_column(default=RunState.QUEUED, index=True)
     desired: Mapped[Desired] = mapped_column(default=Desired.RUN)
@@ -199,6 +202,8 @@ class FeedbackSession(Base):
     asked: Mapped[int]
     opened_at: Mapped[datetime]
     closed_at: Mapped[datetime | None]
+    segment_return: Mapped[float | None]
+    """What a segment earned on average in the last episodes before it; scripted teachers judge by it."""
 
 
 class Segment(Base):
@@ -264,6 +269,7 @@ class Query(Base):
 
     first: Mapped[Segment] = relationship(foreign_keys=[first_id])
     second: Mapped[Segment] = relationship(foreign_keys=[second_id])
+    session: Mapped[FeedbackSession] = relationship()
 
 
 class Labeller(Base):

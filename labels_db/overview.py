@@ -6,10 +6,10 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import select
+from sqlalchemy import Select, select
 from sqlalchemy.orm import Session, selectinload
 
-from labels_db.feedback_progress import FeedbackProgress, feedback_progress
+from labels_db.feedback_progress import FeedbackProgress, feedback_progress_of
 from labels_db.models import EvaluationResult, GoalCard, Run
 from labels_db.run_config import RunConfig
 from labels_db.runs import config_of, get_run, queue_positions
@@ -30,23 +30,48 @@ class RunOverview:
 
 def overview(session: Session, run_id: str) -> RunOverview:
     """One run."""
-    return _overviews(session, [get_run(session, run_id)])[0]
+    return chosen_overviews(session, [run_id])[0]
+
+
+def chosen_overviews(session: Session, run_ids: Sequence[str]) -> list[RunOverview]:
+    """Those runs, in that order; NotFoundError names the first that there is not."""
+    return _overviews(session, [get_run(session, run_id) for run_id in run_ids])
 
 
 def overviews(session: Session) -> list[RunOverview]:
     """Every run that is not archived, the newest first."""
-    wanted = select(Run).where(~Run.archived).order_by(Run.created_at.desc(), Run.id)
-    return _overviews(session, session.scalars(wanted.options(selectinload(Run.goal_cards))).all())
+    return _overviews(session, _found(session, _kept().order_by(Run.created_at.desc(), Run.id)))
+
+
+def single_overviews(session: Session) -> list[RunOverview]:
+    """Those that belong to no experiment, the newest first."""
+    single = _kept().where(Run.experiment.is_(None))
+    return _overviews(session, _found(session, single.order_by(Run.created_at.desc(), Run.id)))
+
+
+def experiment_overviews(session: Session, name: str) -> list[RunOverview]:
+    """Those of an experiment, in the order in which they were asked for."""
+    own = _kept().where(Run.experiment == name)
+    return _overviews(session, _found(session, own.order_by(Run.created_at, Run.id)))
+
+
+def _kept() -> Select[Run]:
+    return select(Run).where(~Run.archived)
+
+
+def _found(session: Session, wanted: Select[Run]) -> Sequence[Run]:
+    return session.scalars(wanted.options(selectinload(Run.goal_cards))).all()
 
 
 def _overviews(session: Session, runs: Sequence[Run]) -> list[RunOverview]:
     positions, returns = queue_positions(session), _returns(session, [run.id for run in runs])
+    feedback = feedback_progress_of(session, runs)
     return [
         RunOverview(
             run=run,
             config=config_of(run),
             goal=run.goal_cards[-1],
-            feedback=feedback_progress(session, run),
+            feedback=feedback[run.id],
             queue_position=positions.get(run.id),
             returns=returns[run.id],
         )

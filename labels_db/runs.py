@@ -65,6 +65,8 @@ def request_run(
     goal: str,
     preset: str | None = None,
     run_id: str | None = None,
+    experiment: str | None = None,
+    method: str | None = None,
 ) -> Run:
     """Queue a new run with its first goal card."""
     now = utc_now()
@@ -72,6 +74,8 @@ def request_run(
         id=run_id or f"{preset or 'run'}-{secrets.token_hex(3)}",
         title=title,
         preset=preset,
+        experiment=experiment,
+        method=method,
         config=config.model_dump(mode="json"),
         queued_at=now,
         created_at=now,
@@ -96,10 +100,16 @@ def note(session: Session, run: Run, text: str) -> None:
 # Claims ------------------------------------------------------------------------------------------
 
 
-def claim_run(session: Session, owner: str, *, max_parallel: int, now: datetime) -> Claim | None:
-    """The oldest queued run, owned from now on by a new attempt; None when there is none or no room."""
+def claim_run(
+    session: Session, owner: str, *, max_parallel: int, now: datetime, experiment: str | None = None
+) -> Claim | None:
+    """The oldest queued run, of that experiment if one is named, owned from now on by a new attempt.
+
+    None when there is none or no room.
+    """
     alive = session.scalar(select(func.count()).select_from(Run).where(Run.state.in_(ALIVE))) or 0
-    run = None if alive >= max_parallel else session.scalar(_queue().limit(1))
+    wanted = _queue() if experiment is None else _queue().where(Run.experiment == experiment)
+    run = None if alive >= max_parallel else session.scalar(wanted.limit(1))
     return None if run is None else claim(session, run, owner, now=now)
 
 

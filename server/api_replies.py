@@ -82,6 +82,8 @@ class RunOut(BaseModel):
     id: str
     title: str
     preset: str | None
+    experiment: str | None = Field(description="The experiment that it belongs to.")
+    method: str | None = Field(description="What that experiment calls this run's way of learning.")
     goal: GoalOut
     state: RunState
     desired: Desired

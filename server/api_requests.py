@@ -11,6 +11,9 @@ LARGEST = 2**53 - 1
 """The largest integer that every JSON reader keeps whole."""
 
 RunId = Annotated[str, Path(max_length=200, description="The run's id.", examples=["walker-walk-3fa2b1"])]
+ExperimentName = Annotated[
+    str, Path(max_length=200, description="The experiment's name.", examples=["laptop"])
+]
 Count = Annotated[int, Path(ge=0, le=LARGEST)]
 
 

@@ -11,11 +11,14 @@ from starlette.routing import Mount
 from labels_db.data_folder import DataFolder
 from server import (
     api_commands,
+    api_experiments,
     api_records,
     api_runs,
     artifacts,
+    compare_page,
     dashboard,
     errors,
+    experiment_page,
     labelling,
     run_page,
     sign_in,
@@ -32,8 +35,11 @@ ROUTERS = (
     api_runs.router,
     api_commands.router,
     api_records.router,
+    api_experiments.router,
     dashboard.router,
     run_page.router,
+    experiment_page.router,
+    compare_page.router,
     artifacts.router,
     labelling.router,
 )

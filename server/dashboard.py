@@ -1,4 +1,4 @@
-"""The dashboard: every run in one look, and the form that starts another."""
+"""The dashboard: every experiment and run in one look, and the form that starts another."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from fastapi import APIRouter, Request
 from pydantic import TypeAdapter, ValidationError
 from starlette.responses import RedirectResponse, Response
 
+from labels_db.experiment_overview import experiments
 from labels_db.models import ALIVE, utc_now
 from labels_db.overrides import SettingError, with_kinds
-from labels_db.overview import overviews
+from labels_db.overview import single_overviews
 from labels_db.presets import Preset, presets
 from server.api_requests import GoalText, Title
+from server.experiment_view import experiment_view
 from server.forms import Typed
 from server.new_run import chosen_config, chosen_preset, queue_run
 from server.run_form import complaints, fill_form, settings_in
@@ -55,11 +57,13 @@ GROUPS = (
 
 @router.get("/")
 def dashboard(request: Request, services: ServicesDep) -> Response:
-    """Every run, and the ways to start one."""
+    """Every experiment, every run that belongs to none, and the ways to start one."""
     now = utc_now()
     with services.database.read() as session:
-        runs = sorted((view(seen, now) for seen in overviews(session)), key=_rank)
-    return render(request, "dashboard.html", runs=runs, groups=GROUPS, first=not runs)
+        runs = sorted((view(seen, now) for seen in single_overviews(session)), key=_rank)
+        shown = sorted(map(experiment_view, experiments(session)), key=lambda each: each.over)
+    first = not runs and not shown
+    return render(request, "dashboard.html", runs=runs, experiments=shown, groups=GROUPS, first=first)
 
 
 def _rank(shown: RunView) -> tuple[int, int]:

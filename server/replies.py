@@ -29,6 +29,8 @@ def run_out(seen: RunOverview, now: datetime) -> RunOut:
         id=run.id,
         title=run.title,
         preset=run.preset,
+        experiment=run.experiment,
+        method=run.method,
         goal=goal_out(seen.goal),
         state=run.state,
         desired=run.desired,

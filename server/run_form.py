@@ -22,7 +22,12 @@ from server.words import number, size
 A_LOT = 1_000_000
 """Upper bounds from here on keep mistakes out; nobody needs to read them."""
 
-SUGGESTIONS = {"environment.task": "dmc:", "environment.behaviour": "behaviour:"}
+FAMILIES = {
+    "environment.task": ("dmc", "metaworld"),
+    "environment.behaviour": ("behaviour",),
+    "environment.id": ("gym",),
+}
+"""Which families of environments a setting may name one of."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +75,12 @@ class FormField:
 
     @property
     def suggestions(self) -> list[str]:
-        prefix = SUGGESTIONS.get(self.path)
-        known = [name for name in catalogue() if prefix and name.startswith(prefix)]
-        return [name.partition(":")[2] for name in known]
+        """Every environment of the family that the setting's value belongs to."""
+        known = catalogue()
+        for family in FAMILIES.get(self.path, ()):
+            if f"{family}:{self.setting.value}" in known:
+                return [name.partition(":")[2] for name in known if name.startswith(f"{family}:")]
+        return []
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,10 @@ def make_templates(version: str) -> Environment:
         words.ago,
         words.exact,
         words.measure,
+        words.figure,
+        words.spread,
+        words.measure_name,
+        words.setting,
     ):
         templates.filters[filter.__name__] = filter
     return templates

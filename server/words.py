@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from datetime import datetime
+from typing import Any
 
+from labels_db.config_differences import Absent
+from labels_db.evaluation_curves import RETURN, Spread
 from labels_db.models import utc_now
 
 THIN = "\N{NARROW NO-BREAK SPACE}"
@@ -67,3 +71,38 @@ def measure(value: object) -> str:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return decimal(value, 0 if value == int(value) else 1)
     return str(value)
+
+
+def figure(value: float | None) -> str:
+    """A measured number with as many decimals as its size bears: 812.3, 0.85."""
+    return decimal(value, _places(value or 0))
+
+
+def _places(value: float) -> int:
+    return 1 if abs(value) >= 10 else 2
+
+
+def spread(found: Spread | None) -> str:
+    """Mean ± standard deviation; of a single run its value alone."""
+    if found is None or found.count == 1:
+        return figure(found.mean if found else None)
+    return f"{figure(found.mean)} ± {decimal(found.deviation, _places(found.mean))}"
+
+
+def measure_name(name: str) -> str:
+    """What an evaluation measures, as a heading: True return, Largest tilt."""
+    return "True return" if name == RETURN else name.replace("_", " ").capitalize()
+
+
+_SETTINGS: Mapping[type, Callable[[Any], str]] = {
+    Absent: lambda _value: "–",
+    type(None): lambda _value: "not set",
+    bool: lambda value: "yes" if value else "no",
+    int: number,
+    float: "{:g}".format,
+}
+
+
+def setting(value: object) -> str:
+    """A configuration's value; a dash where the configuration has no such setting."""
+    return _SETTINGS.get(type(value), str)(value)

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from torch import Tensor
+
 from labels_db.database import Database
 from labels_db.feedback_progress import Inbox, feedback_progress
 from labels_db.feedback_sessions import (
@@ -21,7 +23,7 @@ from labels_db.run_config import Asking, Uniform
 from labels_db.runs import Claim, get_run
 from trainer.posting import Asked, Desk
 from trainer.progress import Progress
-from trainer.query_selection import Chosen, select
+from trainer.query_selection import Chosen, Selection, select
 from trainer.reward_model import RewardModel
 from trainer.segments import PairSampler, SegmentData
 
@@ -52,6 +54,8 @@ class Asker:
     checkpoint: Callable[[], None]
     obey: Callable[[], None]
     fitted: Callable[[], bool]
+    asked: Callable[[], Tensor]
+    """Both segments' observations of every preference so far, [n, 2·H·D]."""
     where: Where = field(default_factory=Where)
     asks: list[Asked] = field(default_factory=list)
 
@@ -84,7 +88,14 @@ class Asker:
         self.progress.phase("asking")
         self.checkpoint()
         with self.database.write() as session:
-            opened = open_session(session, self.claim, index=self.where.index, step=step, asked=count)
+            opened = open_session(
+                session,
+                self.claim,
+                index=self.where.index,
+                step=step,
+                asked=count,
+                segment_return=self.sampler.average_return(),
+            )
         chosen = self._choose(opened.asked)
         self.where.index += 1
         self.where.opened_step = step
@@ -95,7 +106,8 @@ class Asker:
     def _choose(self, count: int) -> list[Chosen]:
         """Uniform until the first fit: the ensemble knows nothing yet (algorithm, section 5)."""
         scheme = self.config.scheme if self.fitted() else Uniform()
-        return select(scheme, self.sampler, self.model, count, self.config.candidates_per_query)
+        wanted = Selection(self.sampler, self.model, count, self.config.candidates_per_query, self.asked)
+        return select(scheme, wanted)
 
     def _post(self, asked: Asked) -> None:
         """Post what is not posted yet of that session."""

@@ -31,7 +31,7 @@ from trainer.reward_model import RewardModel
 from trainer.reward_source import ModelReward, make_reward_source
 from trainer.segments import PairSampler
 from trainer.shelf import Shelf
-from trainer.teachers import scripted_teacher
+from trainer.teachers import ScriptedTeacher
 from trainer.training import Training, Upkeep
 from trainer.upkeep import RecordedUpkeep
 
@@ -124,11 +124,10 @@ def recorded_run(
 
 
 def _desk(config: RunConfig, feedback: Asking, database: Database, shelf: Shelf, renderer: Renderer) -> Desk:
-    teacher = scripted_teacher(feedback.teacher)
-    if teacher is not None:
-        return ScriptedDesk(database, shelf, feedback.teacher.kind, teacher)
-    assert isinstance(feedback.teacher, Human)
-    return PeoplesDesk(database, shelf, renderer, config.step_seconds, feedback.teacher.answers_needed)
+    teacher = feedback.teacher
+    if isinstance(teacher, Human):
+        return PeoplesDesk(database, shelf, renderer, config.step_seconds, teacher.answers_needed)
+    return ScriptedDesk(database, shelf, teacher.kind, ScriptedTeacher(teacher, shelf.store, config.seed))
 
 
 def _feedback(
@@ -140,9 +139,10 @@ def _feedback(
     upkeep: RecordedUpkeep,
     desk: Desk,
 ) -> Feedback:
-    pool, model = training.collector.pool, training.model
+    pool, model, answered = training.collector.pool, training.model, training.answered
     assert isinstance(pool, EpisodePool)
     assert isinstance(model, RewardModel)
+    assert isinstance(answered, AnsweredQueries)
     sampler = PairSampler(pool, training.config.segment_steps, training.randomness.numpy("queries"))
     asker = Asker(
         config=config,
@@ -155,6 +155,7 @@ def _feedback(
         checkpoint=lambda: upkeep.save(training),
         obey=upkeep.obey,
         fitted=lambda: training.fits > 0,
+        asked=lambda: answered.observations(training.config.catalogue_entry.observation_size),
     )
     return make_feedback(asker, training.config)
 

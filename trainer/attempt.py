@@ -85,6 +85,7 @@ class Attempt:
         config = self._config()
         if self.claim.attempt == 1:
             self._check_space(estimate_bytes(config).total)
+            self._warn(config)
         self.run = recorded_run(config, self.data, self.database, self.store, self.claim)
         if self._shutdown_asked:
             self.run.upkeep.shutdown.set()
@@ -146,6 +147,12 @@ class Attempt:
             raise OSError(f"{self.data.path}: {text} Make room, or choose another folder with --data.")
         with self.database.write() as session:
             note(session, get_run(session, self.claim.run_id), text)
+
+    def _warn(self, config: RunConfig) -> None:
+        for caveat in config.caveats:
+            log.warning(caveat)
+            with self.database.write() as session:
+                note(session, get_run(session, self.claim.run_id), caveat)
 
     def _close(self) -> None:
         if self.run is not None:

@@ -16,13 +16,15 @@ from trainer.randomness import derived_seed
 
 @dataclass(frozen=True)
 class Transitions:
-    """One step of N environments; `episode_returns` are true returns of those that ended with it."""
+    """One step of N environments; `episode_returns` are true returns of the episodes that ended with it."""
 
     observations: NDArray[np.float32]
     actions: NDArray[np.float32]
     true_rewards: NDArray[np.float32]
     next_observations: NDArray[np.float32]
     terminated: NDArray[np.bool_]
+    ended: NDArray[np.bool_]
+    """Terminated or truncated."""
     episode_returns: tuple[float, ...]
 
 
@@ -58,6 +60,7 @@ class Collector:
             true_rewards=np.array([reward for _, reward, *_ in lived], np.float32),
             next_observations=following,
             terminated=np.array([terminated for _, _, terminated, _ in lived]),
+            ended=np.array([ended for *_, ended in lived]),
             episode_returns=tuple(returns),
         )
 

@@ -6,7 +6,7 @@ Neither needs this program: any ONNX runtime, or forty lines around a safetensor
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -17,6 +17,11 @@ from safetensors.numpy import save_file
 from trainer.policy import TrainedPolicy
 
 TOLERANCE = 1e-5
+
+ONNX_ACTIVATIONS: Mapping[str, Sequence[str]] = MappingProxyType(
+    {"relu": ["Relu"], "tanh": ["Tanh"], "clip_1": ["Clip", "-1", "+1"], "clip_10": ["Clip", "-10", "+10"]}
+)
+"""Each activation's operator and its bounds, which are constants of the graph."""
 
 
 class ExportError(Exception):
@@ -47,7 +52,7 @@ def describe(policy: TrainedPolicy) -> dict[str, Any]:
 
 
 def _onnx(policy: TrainedPolicy, path: Path) -> None:
-    """A plain chain of Gemm, Relu and Tanh nodes: no exporter is needed for a perceptron."""
+    """A plain chain of Gemm and activation nodes: no exporter is needed for a perceptron."""
     data = onnx_model(policy).SerializeToString()
     _check_onnx(policy, data)
     path.write_bytes(data)
@@ -57,14 +62,17 @@ def onnx_model(policy: TrainedPolicy) -> Any:
     """The deterministic policy as an `onnx.ModelProto`, with `describe` as its metadata."""
     from onnx import TensorProto, checker, helper, numpy_helper
 
-    layers, facts = policy.layers(), describe(policy)
-    nodes, weights, name = [], [], "observation"
-    for i, (weight, bias) in enumerate(layers):
-        activation, out = ("Tanh", "action") if i == len(layers) - 1 else ("Relu", f"hidden.{i}")
-        weights += [numpy_helper.from_array(np.ascontiguousarray(weight), f"weight.{i}")]
-        weights += [numpy_helper.from_array(np.ascontiguousarray(bias), f"bias.{i}")]
+    layers, facts = policy.layers, describe(policy)
+    bounds = {f"{sign}{n}": np.array(float(f"{sign}{n}"), np.float32) for sign in "+-" for n in (1, 10)}
+    nodes, name = [], "observation"
+    weights = [numpy_helper.from_array(bound, name) for name, bound in bounds.items()]
+    for i, layer in enumerate(layers):
+        out = "action" if i == len(layers) - 1 else f"hidden.{i}"
+        weights += [numpy_helper.from_array(np.ascontiguousarray(layer.weight), f"weight.{i}")]
+        weights += [numpy_helper.from_array(np.ascontiguousarray(layer.bias), f"bias.{i}")]
         nodes += [helper.make_node("Gemm", [name, f"weight.{i}", f"bias.{i}"], [f"sum.{i}"])]
-        nodes += [helper.make_node(activation, [f"sum.{i}"], [out])]
+        operator, *bounds_of_it = ONNX_ACTIVATIONS[layer.activation]
+        nodes += [helper.make_node(operator, [f"sum.{i}", *bounds_of_it], [out])]
         name = out
     ends = [
         helper.make_tensor_value_info(end, TensorProto.FLOAT, ["batch", facts[f"{end}_size"]])
@@ -92,22 +100,21 @@ def _check_onnx(policy: TrainedPolicy, model: bytes) -> None:
 
 def _safetensors(policy: TrainedPolicy, path: Path) -> None:
     """Arrays `weight.i` [in, out] and `bias.i` [out]; the layout in the metadata and beside, in `FILE.json`."""
-    layers, arrays = policy.layers(), {}
-    for index, (weight, bias) in enumerate(layers):
-        arrays[f"weight.{index}"] = np.ascontiguousarray(weight)
-        arrays[f"bias.{index}"] = np.ascontiguousarray(bias)
-    layout = json.dumps(_layout(policy, len(layers)), indent=2)
+    arrays = {}
+    for index, layer in enumerate(policy.layers):
+        arrays[f"weight.{index}"] = np.ascontiguousarray(layer.weight)
+        arrays[f"bias.{index}"] = np.ascontiguousarray(layer.bias)
+    layout = json.dumps(_layout(policy), indent=2)
     save_file(arrays, path, metadata={"layout": layout})  # a file that travels alone still explains itself
     path.with_suffix(".json").write_text(layout + "\n", encoding="utf-8")
 
 
-def _layout(policy: TrainedPolicy, count: int) -> dict[str, Any]:
-    activations = ["relu"] * (count - 1) + ["tanh"]
+def _layout(policy: TrainedPolicy) -> dict[str, Any]:
     return {
         **describe(policy),
         "layers": [
-            {"weight": f"weight.{i}", "bias": f"bias.{i}", "activation": activation}
-            for i, activation in enumerate(activations)
+            {"weight": f"weight.{i}", "bias": f"bias.{i}", "activation": layer.activation}
+            for i, layer in enumerate(policy.layers)
         ],
     }
 

@@ -69,6 +69,14 @@ class RecordedFits:
         """Nothing was posted."""
 
 
+SCHEDULES: dict[str, Callable[[int, int], float]] = {
+    "constant": lambda _step, _total: 1.0,
+    "decreasing": lambda step, total: (total - step) / total,
+    "increasing": lambda step, total: total / (total - step + 1),
+}
+"""M's share of its first value at a step of the run's total (algorithm, section 5)."""
+
+
 class EveryKSteps:
     """Sessions of M queries, K steps apart; what is open by then is superseded.
 
@@ -86,13 +94,17 @@ class EveryKSteps:
         if inbox.open and asker.remaining() > self.capacity(step):
             asker.wait(step, lambda inbox: inbox.complete)
         asker.supersede()
-        asker.open(step, self.config.queries_per_session)
+        asker.open(step, self.queries(step))
         asker.where.next_step = step + self.config.steps_between
 
     def capacity(self, step: int) -> int:
         """Queries of the sessions from this step to the last."""
-        sessions = -(-(self.last_step - step) // self.config.steps_between)
-        return sessions * self.config.queries_per_session
+        return sum(map(self.queries, range(step, self.last_step, self.config.steps_between)))
+
+    def queries(self, step: int) -> int:
+        """M of the session at that step: rounded down, at least 1."""
+        share = SCHEDULES[self.config.schedule](step, self.last_step)
+        return max(1, int(self.config.queries_per_session * share))
 
 
 class AlwaysReady:

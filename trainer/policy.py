@@ -2,41 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from labels_db.database import Database
 from labels_db.run_config import RunConfig
 from labels_db.runs import Claim, config_of, get_run
 from labels_db.storage import ArtifactStore
+from trainer.agents import policy_layers
 from trainer.checkpoints import CheckpointError, Checkpoints
-from trainer.networks import Actor
+from trainer.policy_layers import PolicyLayer, roll_out
 
 
 @dataclass(frozen=True)
 class TrainedPolicy:
-    """The actor of a run at some step; deterministic."""
+    """What a run had learned to do by some step; deterministic."""
 
     config: RunConfig
     step: int
-    actor: Actor
+    layers: Sequence[PolicyLayer]
 
-    @torch.no_grad()
     def __call__(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
         """Observations [N, D] → actions [N, A]."""
-        actions: NDArray[np.float32] = self.actor.best(torch.as_tensor(observations)).numpy()
-        return actions
-
-    def layers(self) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
-        """Weight [in, out] and bias [out] of each layer, the last one for tanh(μ) only."""
-        flat = self.actor.trunk.flat.detach()
-        layers = [(w[0].numpy(), b[0, 0].numpy()) for w, b in self.actor.trunk.layers(flat)]
-        weight, bias = layers[-1]
-        size = len(bias) // 2
-        return [*layers[:-1], (weight[:, :size], bias[:size])]
+        return roll_out(self.layers, observations)
 
 
 def load_policy(database: Database, store: ArtifactStore, run_id: str) -> TrainedPolicy:
@@ -47,13 +38,5 @@ def load_policy(database: Database, store: ArtifactStore, run_id: str) -> Traine
     manifest = checkpoints.latest()
     if manifest is None:
         raise CheckpointError(f"run {run_id}: has no checkpoint yet; wait until its first feedback session")
-    known = config.catalogue_entry
-    actor = Actor(
-        known.observation_size,
-        known.action_size,
-        config.agent.width,
-        config.agent.depth,
-        torch.Generator(),
-    )
-    actor.load_state_dict(checkpoints.state(manifest)["agent"]["actor"])
-    return TrainedPolicy(config, manifest["step"], actor)
+    layers = policy_layers(config, checkpoints.state(manifest)["agent"])
+    return TrainedPolicy(config, manifest["step"], layers)

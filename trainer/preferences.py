@@ -76,6 +76,12 @@ class AnsweredQueries:
             torch.tensor(list(labels.values()), dtype=torch.float32, device=self.device),
         )
 
+    def observations(self, size: int) -> torch.Tensor:
+        """Both segments' observations of every preference up to the last cursor, [n, 2·H·D]."""
+        known = [self._inputs[query] for query in labels_of(self._said) if query not in self._lost]
+        rows = [np.concatenate([side[:, :size].ravel() for side in pair]) for pair in known]
+        return torch.from_numpy(np.stack(rows)).to(self.device) if rows else torch.empty(0, 0)
+
     def _read(self, cursor: int) -> None:
         with self.database.read() as session:
             for answer in answers_since(session, self.run_id, self._cursor, cursor):

@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from labels_db.run_config import Disagreement, Entropy, SchemeConfig, Uniform
-from trainer.reward_model import RewardModel, preference_logit
-from trainer.segments import Pair, PairSampler, SegmentData
+from labels_db.run_config import (
+    Disagreement,
+    Entropy,
+    InstalledScheme,
+    KCenter,
+    KCenterDisagreement,
+    KCenterEntropy,
+    SchemeConfig,
+    Uniform,
+)
+from trainer import extensions
+from trainer.candidate_scores import disagreement, entropy, pair_probabilities
+from trainer.extensions import installed
+from trainer.reward_model import RewardModel
+from trainer.segments import Pair, PairSampler
 
 
 @dataclass(frozen=True)
@@ -23,63 +37,96 @@ class Chosen:
     score: float | None
 
 
-def disagreement(probabilities: Tensor) -> Tensor:
-    """Standard deviation over members of P[σ¹ ≻ σ⁰], [E, n] → [n]."""
-    return probabilities.std(0, correction=0)
+@dataclass(frozen=True)
+class Selection:
+    """M pairs are wanted; `candidates_per_query` times as many may be looked at."""
+
+    sampler: PairSampler
+    model: RewardModel
+    count: int
+    candidates_per_query: int
+    asked: Callable[[], Tensor]
+    """Both segments' observations of every preference so far, [n, 2·H·D]."""
+
+    def candidates(self) -> list[Pair]:
+        return self.sampler.draw(self.count * self.candidates_per_query)
 
 
-def entropy(probabilities: Tensor) -> Tensor:
-    """Mean over members of each one's binary entropy in nats, [E, n] → [n]."""
-    each: Tensor = torch.special.entr(probabilities) + torch.special.entr(1 - probabilities)
-    return each.mean(0)
+Picked = list[tuple[Pair, float | None]]
+Scheme = Callable[[Selection], Picked]
+Score = Callable[[Tensor], Tensor]
+"""Each member's P[σ¹ ≻ σ⁰] of n candidates, [E, n] → [n]."""
 
 
-SCORES: dict[type, Callable[[Tensor], Tensor] | None] = {
-    Uniform: None,
-    Disagreement: disagreement,
-    Entropy: entropy,
-}
+def uniform(wanted: Selection) -> Picked:
+    """Random pairs."""
+    return [(pair, None) for pair in wanted.sampler.draw(wanted.count)]
 
 
-def pair_probabilities(model: RewardModel, pairs: Sequence[Pair]) -> Tensor:
-    """Each member's P[σ¹ ≻ σ⁰] of candidate pairs, [E, n].
-
-    Candidates overlap, so each step they cover is scored once; a segment's sum is then the difference of two
-    running sums.
-    """
-    segments = [segment for pair in pairs for segment in pair]
-    sums = segment_sums(model, segments).view(-1, len(pairs), 2)
-    return torch.sigmoid(preference_logit(sums[..., 0], sums[..., 1]))
+def highest(score: Score, wanted: Selection) -> Picked:
+    """The candidates with the highest score."""
+    return _by_score(score, wanted.candidates(), wanted.model, wanted.count)
 
 
-def segment_sums(model: RewardModel, segments: Sequence[SegmentData]) -> Tensor:
-    """Each member's undiscounted sum over each segment, [E, n]; running sums in double precision."""
-    episodes = {segment.episode.number: segment.episode for segment in segments}
-    lengths = [len(episode) for episode in episodes.values()]
-    begins = dict(zip(episodes, np.cumsum([0, *lengths]).tolist(), strict=False))
-    starts = np.array([begins[segment.episode.number] + segment.start for segment in segments])
-    ends = starts + [segment.length for segment in segments]
-    covered = np.flatnonzero(
-        np.cumsum(
-            np.bincount(starts, minlength=sum(lengths) + 1) - np.bincount(ends, minlength=sum(lengths) + 1)
-        )
-    )
-    steps = [np.concatenate([e.observations, e.actions], -1, dtype=np.float32) for e in episodes.values()]
-    inputs = torch.from_numpy(np.concatenate(steps)[covered]).to(model.device)
-    rewards = inputs.new_zeros(model.config.members, sum(lengths) + 1, dtype=torch.float64)
-    rewards[:, torch.from_numpy(covered).to(model.device) + 1] = model.member_rewards(inputs).double()
-    running = rewards.cumsum(1)
-    return (running[:, ends] - running[:, starts]).float()
+def farthest(wanted: Selection) -> Picked:
+    """Greedy k-center: each one the candidate farthest from D's pairs and from those chosen before it."""
+    return _farthest_of(wanted.candidates(), wanted)
 
 
-def select(
-    scheme: SchemeConfig, sampler: PairSampler, model: RewardModel, count: int, candidates_per_query: int
-) -> list[Chosen]:
-    """`count` pairs: random ones, or the highest-scored of `candidates_per_query` times as many."""
-    score = SCORES[type(scheme)]
-    if score is None:
-        return [Chosen(pair, scheme.kind, None) for pair in sampler.draw(count)]
-    pairs = sampler.draw(count * candidates_per_query)
+def farthest_of_better_half(score: Score, wanted: Selection) -> Picked:
+    """k-center among the half of the candidates that scores higher."""
+    pairs = wanted.candidates()
+    half = _by_score(score, pairs, wanted.model, max(wanted.count, len(pairs) // 2))
+    return _farthest_of([pair for pair, _ in half], wanted)
+
+
+SCHEMES: MappingProxyType[type, Scheme] = MappingProxyType(
+    {
+        Uniform: uniform,
+        Disagreement: partial(highest, disagreement),
+        Entropy: partial(highest, entropy),
+        KCenter: farthest,
+        KCenterDisagreement: partial(farthest_of_better_half, disagreement),
+        KCenterEntropy: partial(farthest_of_better_half, entropy),
+    }
+)
+
+
+def scheme_of(config: SchemeConfig) -> Scheme:
+    """The configured scheme; ValueError where no installed package offers it."""
+    if isinstance(config, InstalledScheme):
+        scheme: Scheme = installed(extensions.SCHEMES, config.name)
+        return scheme
+    return SCHEMES[type(config)]
+
+
+def select(scheme: SchemeConfig, wanted: Selection) -> list[Chosen]:
+    """The pairs that the scheme asks."""
+    return [Chosen(pair, scheme.kind, score) for pair, score in scheme_of(scheme)(wanted)]
+
+
+def _by_score(score: Score, pairs: list[Pair], model: RewardModel, count: int) -> Picked:
     scores = score(pair_probabilities(model, pairs)).cpu().numpy()
     best = np.argsort(-scores, kind="stable")[:count]
-    return [Chosen(pairs[row], scheme.kind, float(scores[row])) for row in best]
+    return [(pairs[row], float(scores[row])) for row in best]
+
+
+def _farthest_of(pairs: list[Pair], wanted: Selection) -> Picked:
+    """The score of each is its distance to the nearest at the moment it was chosen."""
+    places = torch.from_numpy(np.stack([_place(pair) for pair in pairs])).to(wanted.model.device)
+    asked = wanted.asked()
+    nearest = places.new_full((len(pairs),), torch.inf)
+    if len(asked):
+        nearest = torch.cdist(places, asked).amin(1)
+    picked: Picked = []
+    for _ in range(min(wanted.count, len(pairs))):
+        row = int(nearest.argmax())
+        picked.append((pairs[row], float(nearest[row]) if nearest[row].isfinite() else None))
+        nearest = torch.minimum(nearest, (places - places[row]).norm(dim=1))
+        nearest[row] = -1.0
+    return picked
+
+
+def _place(pair: Pair) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+    """Both segments' observations, [2·H·D]."""
+    return np.concatenate([segment.observations.ravel() for segment in pair]).astype(np.float32)

@@ -11,12 +11,12 @@ import torch
 from labels_db.database import Database
 from labels_db.runs import Claim, config_of, get_run
 from labels_db.storage import ArtifactStore, sha256
-from trainer.agents.update import Losses
+from trainer.agents.interface import Losses
 from trainer.assembly import replayed_run
 from trainer.checkpoints import CheckpointError, Checkpoints
 from trainer.collector import Transitions
 from trainer.state_tree import pack
-from trainer.training import Training
+from trainer.training import NoUpkeep, Training
 
 
 @dataclass(frozen=True)
@@ -44,26 +44,14 @@ class Replayed:
         )
 
 
-class UntilStep:
+class UntilStep(NoUpkeep):
     """Upkeep that keeps nothing, but ends the training at a step."""
 
     def __init__(self, advance: Callable[[int], None]) -> None:
         self.advance = advance
 
-    def before_step(self, training: Training) -> None:
-        """Nobody is obeyed."""
-
     def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         self.advance(len(transitions.actions))
-
-    def obey(self) -> None:
-        """Nobody is obeyed."""
-
-    def phase(self, phase: str) -> None:
-        """Nobody is told."""
-
-    def after_fit(self, training: Training) -> None:
-        """Nothing is kept."""
 
 
 def digest(state: dict[str, Any]) -> str:

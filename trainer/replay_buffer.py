@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
+
+from trainer.collector import Transitions
 
 RewardFunction = Callable[[Tensor], Tensor]
 """Observation and action joined, [B, D + A] → reward [B]."""
@@ -56,6 +60,12 @@ class ReplayBuffer:
     def __len__(self) -> int:
         return min(self.added, self.capacity)
 
+    def remember(self, transitions: Transitions, rewards: NDArray[np.float32]) -> None:
+        """Append one step of N environments with its rewards [N]."""
+        lived = transitions
+        columns = (lived.observations, lived.actions, rewards, lived.next_observations, lived.terminated)
+        self.add(*(torch.as_tensor(column, device=self.device) for column in columns))
+
     def add(
         self,
         observation: Tensor,
@@ -77,6 +87,14 @@ class ReplayBuffer:
     def sample(self, size: int, generator: torch.Generator) -> Batch:
         """Uniform with replacement."""
         rows = torch.randint(len(self), (size,), generator=generator, device=self.device)
+        return self.batch(rows)
+
+    def latest(self, count: int) -> Batch:
+        """The last `count` transitions, oldest first."""
+        return self.batch(torch.arange(self.added - count, self.added, device=self.device) % self.capacity)
+
+    def batch(self, rows: Tensor) -> Batch:
+        """The transitions in those rows [B]."""
         return Batch(rows, *self._columns(self.table.index_select(0, rows)))
 
     def observations(self) -> Tensor:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,11 @@ class SegmentData:
         return self._cut(self.episode.states)
 
     @property
+    def observations(self) -> Array:
+        """[H, D]."""
+        return self._cut(self.episode.observations)
+
+    @property
     def true_return(self) -> float:
         """Undiscounted sum of the true reward."""
         return float(self._cut(self.episode.rewards).sum())
@@ -50,6 +56,17 @@ def inputs_from_bytes(data: bytes) -> Array:
     return np.concatenate([arrays["observations"], arrays["actions"]], -1)
 
 
+def states_from_bytes(data: bytes) -> tuple[int, Array]:
+    """The episode's seed and simulator states [H, S] of a stored segment."""
+    header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    return int(header["__metadata__"]["episode_seed"]), load_arrays(data)["states"]
+
+
+def rewards_from_bytes(data: bytes) -> Array:
+    """True rewards [H] of a stored segment."""
+    return load_arrays(data)["rewards"]
+
+
 Pair = tuple[SegmentData, SegmentData]
 
 
@@ -67,6 +84,11 @@ class PairSampler:
         """Whether the pool holds two segments that do not overlap."""
         episodes = self.pool.at_least(self.length)
         return len(episodes) > 1 or any(len(episode) >= 2 * self.length for episode in episodes)
+
+    def average_return(self, episodes: int = 10) -> float:
+        """What H steps earned on average in the last episodes: R̄ · H / T (algorithm, section 7)."""
+        latest = list(self.pool.episodes)[-episodes:]
+        return self.length * sum(e.true_return for e in latest) / sum(map(len, latest))
 
     def draw(self, count: int) -> list[Pair]:
         episodes = self.pool.at_least(self.length)

@@ -45,6 +45,8 @@ class Supervisor:
     launcher: Launcher
     max_parallel: int = field(default_factory=default_parallel_runs)
     leave: threading.Event = field(default_factory=threading.Event)
+    experiment: str | None = None
+    """Whose runs alone are claimed, if any."""
     children: dict[Claim, Handle] = field(default_factory=dict)
     command: subprocess.Popen[bytes] | None = None
 
@@ -74,7 +76,13 @@ class Supervisor:
 
     def _claim(self) -> Claim | None:
         with self.database.write() as session:
-            return claim_run(session, self.name, max_parallel=self.max_parallel, now=utc_now())
+            return claim_run(
+                session,
+                self.name,
+                max_parallel=self.max_parallel,
+                now=utc_now(),
+                experiment=self.experiment,
+            )
 
     def reap(self) -> None:
         """Learn which children have ended, and hand on the runs of those that died."""

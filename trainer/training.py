@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labels_db.run_config import RunConfig, StateEntropy
-from trainer.agents.sac import BatchReward, SACAgent, stored_reward
-from trainer.agents.update import Losses
+from trainer.agents.interface import Agent, Losses
 from trainer.collector import Collector, Transitions
 from trainer.exploration import StateEntropyReward
 from trainer.feedback import Feedback
@@ -40,6 +39,20 @@ class Upkeep(Protocol):
         """A reward has been learned: keep it."""
 
 
+class NoUpkeep:
+    """For trainings without a record: nobody is obeyed, nobody told, nothing kept."""
+
+    def before_step(self, training: Training) -> None: ...
+
+    def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None: ...
+
+    def obey(self) -> None: ...
+
+    def phase(self, phase: str) -> None: ...
+
+    def after_fit(self, training: Training) -> None: ...
+
+
 @dataclass
 class Training:
     """The parts of one run and how far it has come."""
@@ -47,7 +60,7 @@ class Training:
     config: RunConfig
     randomness: Randomness
     collector: Collector
-    agent: SACAgent
+    agent: Agent
     reward: RewardSource
     model: RewardModel | None
     intrinsic: StateEntropyReward | None
@@ -71,13 +84,7 @@ class Training:
             self.end_exploration_when_due()
             losses = self.update() if self.can_learn() and self.step != self.began_at else None  # lines 19–21
             transitions = self.collector.step(self.choose_actions(), self.step)  # line 22
-            self.agent.observe(
-                transitions.observations,
-                transitions.actions,
-                self.reward.of(transitions),
-                transitions.next_observations,
-                transitions.terminated,
-            )
+            self.agent.observe(transitions, self.reward.of(transitions))
             self.step += len(transitions.actions)
             self.upkeep.after_step(self, transitions, losses)
 
@@ -112,8 +119,9 @@ class Training:
         if self.relabelled:
             return
         assert self.model is not None
-        self.upkeep.phase("relabelling")
-        self.agent.relabel(self.model, self.upkeep.obey)
+        if self.model.config.relabel:
+            self.upkeep.phase("relabelling")
+            self.agent.relabel(self.model, self.upkeep.obey)
         self.relabelled = True
         self.end_exploration_when_due()
         self.upkeep.after_fit(self)
@@ -130,9 +138,7 @@ class Training:
     def begin_with_reward(self) -> None:
         """What the critics learned was the intrinsic reward: begin anew; the actor stays."""
         if isinstance(self.config.exploration, StateEntropy):
-            self.agent.reset_critic()
-            for _ in range(self.config.exploration.reset_updates if self.can_learn() else 0):
-                self.agent.update()
+            self.agent.begin_anew(self.config.exploration.reset_updates if self.can_learn() else 0)
             self.began_at = self.step  # these were this step's updates
 
     # The agent -----------------------------------------------------------------------------------
@@ -142,12 +148,9 @@ class Training:
         return len(self.agent.buffer) >= max(self.config.exploration.seed_steps, 2)
 
     def update(self) -> Losses | None:
-        reward: BatchReward = stored_reward
-        if self.exploring and self.intrinsic is not None:
-            reward = self.intrinsic
-        for _ in range(self.config.agent.updates_per_step * len(self.collector.environments)):
-            losses = self.agent.update(reward)
-        return losses
+        """On the intrinsic reward while there is no other; else on the stored one."""
+        reward = self.intrinsic if self.exploring else None
+        return self.agent.learn(reward, len(self.collector.environments))
 
     def choose_actions(self) -> NDArray[np.float32]:
         if self.step < self.config.exploration.seed_steps:

@@ -10,7 +10,7 @@ import structlog
 from labels_db.models import Desired, RunState
 from labels_db.run_config import RunConfig
 from labels_db.storage import ArtifactError
-from trainer.agents.update import Losses
+from trainer.agents.interface import Losses
 from trainer.checkpoints import Checkpoints
 from trainer.collector import Transitions
 from trainer.environments.interface import Environment
@@ -51,6 +51,7 @@ class RecordedUpkeep:
         self.renderer = renderer
         self.shutdown = threading.Event()
         self.evaluated = 0
+        self.told = 0
         self._saved_at = time.monotonic()
 
     # Around every step ---------------------------------------------------------------------------
@@ -66,8 +67,9 @@ class RecordedUpkeep:
             self.save(training)
 
     def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
-        if losses is not None and training.step % self.METRICS_EVERY < len(transitions.actions):
+        if losses is not None and training.step // self.METRICS_EVERY > self.told // self.METRICS_EVERY:
             self.progress.metrics(training.step, losses.read())
+            self.told = training.step
         for true_return in transitions.episode_returns:
             self.progress.metrics(training.step, {"episode_return": true_return})
 
@@ -123,7 +125,8 @@ class RecordedUpkeep:
 
     def _wants_video(self, training: Training) -> bool:
         last = training.step >= self.config.total_steps
-        return {"each": True, "last": last, "none": False}[self.config.evaluation.video]
+        wanted = {"each": True, "last": last, "none": False}[self.config.evaluation.video]
+        return wanted and self.config.catalogue_entry.can_be_drawn
 
     # Checkpoints ---------------------------------------------------------------------------------
 
@@ -132,7 +135,7 @@ class RecordedUpkeep:
         doing = self.progress.status.phase
         self.phase("checkpointing")
         self.progress.flush()  # what lies before a checkpoint is not measured again
-        state = {**training.state(), "evaluated": self.evaluated}
+        state = {**training.state(), "evaluated": self.evaluated, "told": self.told}
         pool = training.collector.pool if rows else None
         self.checkpoints.save(training.step, state, training.agent.buffer if rows else None, pool)
         self._saved_at = time.monotonic()
@@ -148,6 +151,7 @@ class RecordedUpkeep:
                 log.error("a checkpoint is damaged", step=manifest["step"], reason=str(error))
                 continue
             self.evaluated = state.pop("evaluated")
+            self.told = state.pop("told", training.step)
             training.load(state)
             return True
         return False

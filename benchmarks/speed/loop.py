@@ -8,14 +8,15 @@ from benchmarks.speed.tasks import PlainRewardModel
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from trainer import exploration
+from trainer.agents.interface import Losses
+from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
-from trainer.agents.update import Losses
 from trainer.assembly import assemble
 from trainer.collector import Transitions
 from trainer.feedback import RecordedFits
 from trainer.journal import SilentJournal
 from trainer.neighbours import plain_neighbour_distance
-from trainer.training import Training
+from trainer.training import NoUpkeep, Training
 
 CPU = torch.device("cpu")
 LIVED = 5000
@@ -26,23 +27,11 @@ class OneStepDone(Exception):  # noqa: N818  (it is no error)
     """The loop has come round."""
 
 
-class Interrupting:
+class Interrupting(NoUpkeep):
     """Upkeep that leaves the loop after each step."""
-
-    def before_step(self, training: Training) -> None:
-        """Nobody is obeyed."""
 
     def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         raise OneStepDone
-
-    def obey(self) -> None:
-        """Nobody is obeyed."""
-
-    def phase(self, phase: str) -> None:
-        """Nobody is told."""
-
-    def after_fit(self, training: Training) -> None:
-        """Nothing is kept."""
 
 
 class Stepper:
@@ -66,7 +55,9 @@ class Stepper:
             self()
         self.training.exploring = exploring
         if plain:
-            self.training.agent._update = AutogradUpdate(self.training.agent)
+            agent = self.training.agent
+            assert isinstance(agent, SACAgent)
+            agent._update = AutogradUpdate(agent)
             if self.training.model is not None:
                 self.training.model.__class__ = PlainRewardModel
 

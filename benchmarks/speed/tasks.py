@@ -12,9 +12,10 @@ import torch
 from labels_db.run_config import SAC, Clips, DMControl, Entropy, LearnedReward
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
+from trainer.candidate_scores import entropy
 from trainer.episodes import EpisodePool, FinishedEpisode
 from trainer.neighbours import neighbour_distance
-from trainer.query_selection import entropy, select
+from trainer.query_selection import Selection, select
 from trainer.randomness import Randomness
 from trainer.replay_buffer import ReplayBuffer
 from trainer.reward_model import Preferences, RewardModel
@@ -46,7 +47,8 @@ def sac(width: int, batch: int, precision: str = "float32", plain: bool = False)
     )
     rng = np.random.default_rng(0)
     rows = [rng.normal(size=(5000, n)).astype(np.float32) for n in (OBSERVATION, ACTION, 1, OBSERVATION)]
-    agent.observe(rows[0], np.tanh(rows[1]), rows[2][:, 0], rows[3], np.zeros(5000, bool))
+    columns = (rows[0], np.tanh(rows[1]), rows[2][:, 0], rows[3], np.zeros(5000, bool))
+    agent.buffer.add(*map(torch.from_numpy, columns))
     if plain:
         agent._update = AutogradUpdate(agent)
     return agent.update
@@ -140,7 +142,8 @@ def choose(count: int = 140, precision: str = "float32", plain: bool = False) ->
         pool.add(FinishedEpisode(number, 0, 0, columns[0], columns[1], columns[2][:, 0], columns[0]))
     sampler, model = PairSampler(pool, 50, rng), _model(precision, plain)
     if not plain:
-        return lambda: select(Entropy(), sampler, model, count, 10)
+        wanted = Selection(sampler, model, count, 10, lambda: torch.empty(0, 0))
+        return lambda: select(Entropy(), wanted)
 
     def each_by_itself() -> torch.Tensor:
         pairs = sampler.draw(10 * count)

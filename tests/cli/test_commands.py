@@ -96,11 +96,43 @@ def test_wrong_input_names_the_thing_the_value_and_the_way_out(
     assert "Traceback" not in done.stderr
 
 
+def test_an_environment_is_added_and_trained_in(tmp_path: Path) -> None:
+    added = pebble("environments", "--add", "gym:Hopper-v4", "--title", "Old hopper", data=tmp_path)
+    assert added.returncode == 0, added.stderr
+    assert "can end early" in added.stdout
+    listed = {row["name"]: row for row in json.loads(pebble("environments", "--json", data=tmp_path).stdout)}
+    assert listed["gym:Hopper-v4"]["title"] == "Old hopper"
+    assert "dmc:walker-walk" in listed
+    chosen = (
+        "--set=environment.kind=gym",
+        "--set=environment.id=Hopper-v4",
+        "--set=feedback.segment_steps=1",
+    )
+    done = pebble("train", "cartpole-swingup", *SETTINGS, *chosen, "--steps=600", "--json", data=tmp_path)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout.splitlines()[-1])
+    assert result["answers"] > 0
+    assert result["measures"]["seconds"] > 0
+    assert "Episodes of gym:Hopper-v4 can end early" in done.stderr
+
+
+def test_what_cannot_be_learned_in_is_not_added(tmp_path: Path) -> None:
+    refused = pebble("environments", "--add", "gym:CartPole-v1", data=tmp_path)
+    assert refused.returncode == 2
+    assert refused.stderr.splitlines()[-1].startswith(
+        "pebble: gym:CartPole-v1: takes actions from Discrete(2)"
+    )
+
+
 def test_presets_and_version() -> None:
     names = [row["name"] for row in json.loads(pebble("presets", "--json").stdout)]
     assert names == [
         "cartpole-windmill-clockwise",
         "cartpole-windmill-counter-clockwise",
+        "quadruped-wave-left-front",
+        "quadruped-wave-right-front",
+        "hopper-backflip",
+        "walker-walk-both-legs",
         "cartpole-swingup",
         "walker-walk",
     ]

@@ -141,7 +141,7 @@ def test_fields_are_listed_part_by_part_with_kinds_first() -> None:
     assert (
         paths.index("feedback.kind") < paths.index("feedback.teacher.kind") < paths.index("feedback.budget")
     )
-    assert "agent.kind" not in fields  # there is only one kind to choose from
+    assert paths.index("agent.kind") < paths.index("agent.width")
     assert (fields["agent.width"].section, fields["seed"].section) == ("agent", "")
     assert fields["feedback.segment_steps"].optional
     assert fields["feedback.budget"].primary

@@ -7,7 +7,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from labels_db.run_config import Behaviour, DMControl
+from labels_db.run_config import DMControl, EnvironmentConfig
 from tests.environments.given import actions, started
 from trainer.environments import PhysicsState
 from trainer.rendering import EncodedClip
@@ -17,7 +17,7 @@ SEED = 3
 CART_POLE = DMControl(task="cartpole-swingup")
 
 
-def lived(config: DMControl | Behaviour, steps: int) -> PhysicsState:
+def lived(config: EnvironmentConfig, steps: int) -> PhysicsState:
     """The states [steps, S] of an episode with random actions."""
     environment = started(config, SEED)
     states = []

@@ -1,4 +1,4 @@
-"""`python -m tests.rendering.live_scene walker-walk`: draws an episode live, then again from its states.
+"""`python -m tests.rendering.live_scene CONFIG_AS_JSON`: draws an episode live, then again from its states.
 
 A program of its own, because OpenGL must be chosen before the simulator is imported.
 """
@@ -6,10 +6,12 @@ A program of its own, because OpenGL must be chosen before the simulator is impo
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
-from labels_db.run_config import DMControl
+from labels_db.run_config import EnvironmentConfig
 from tests.environments.given import actions
 from trainer.environments import make_environment
 from trainer.rendering.painter import Painter
@@ -17,7 +19,7 @@ from trainer.rendering.painter import Painter
 
 def main() -> None:
     """Print the largest difference of a pixel, and that to another episode."""
-    environment = make_environment(DMControl(task=sys.argv[1]))
+    environment = make_environment(TypeAdapter[Any](EnvironmentConfig).validate_json(sys.argv[1]))
     painter = Painter(environment.scene, 160, 120)
     environment.reset(seed=8)
     other = environment.physics_state()

@@ -15,7 +15,7 @@ import av
 import numpy as np
 import pytest
 
-from labels_db.run_config import Behaviour, Clips, DMControl
+from labels_db.run_config import Behaviour, Clips, DMControl, EnvironmentConfig, Gymnasium, MetaWorld
 from tests.rendering.given import CART_POLE, SEED, frames, lived
 from trainer.environments import PhysicsState
 from trainer.rendering import (
@@ -55,9 +55,18 @@ def check_light(clip: EncodedClip) -> None:
     assert clip.times == pytest.approx([0.04 * index for index in range(25)])
 
 
-@pytest.mark.parametrize("task", ["quadruped-walk", "humanoid-walk"])
-def test_clips_are_light(task: str) -> None:
-    config = DMControl(task=task)
+@pytest.mark.parametrize(
+    "config",
+    [
+        DMControl(task="quadruped-walk"),
+        DMControl(task="humanoid-walk"),
+        MetaWorld(task="door-open"),
+        Gymnasium(id="Ant-v5"),
+        Gymnasium(id="Pendulum-v1"),
+    ],
+    ids=lambda config: config.name,
+)
+def test_clips_are_light(config: EnvironmentConfig) -> None:
     with Renderer(config, Clips()) as own:
         check_light(own.clip(SEED, lived(config, 50), 0.02).result(WAIT))
 
@@ -90,10 +99,18 @@ def test_a_state_is_drawn_the_same_again(renderer: Renderer, states: PhysicsStat
     verify_clip(other.result(WAIT))
 
 
-@pytest.mark.parametrize("task", ["reacher-easy", "quadruped-escape"])
-def test_a_restored_state_looks_like_the_live_scene(task: str) -> None:
-    """Both move things at reset: the target, the terrain."""
-    command = [sys.executable, "-m", "tests.rendering.live_scene", task]
+@pytest.mark.parametrize(
+    "config",
+    [
+        DMControl(task="reacher-easy"),
+        DMControl(task="quadruped-escape"),
+        MetaWorld(task="drawer-open"),
+    ],
+    ids=lambda config: config.name,
+)
+def test_a_restored_state_looks_like_the_live_scene(config: EnvironmentConfig) -> None:
+    """Each moves things at reset: the target, the terrain, the drawer and the mark of its goal."""
+    command = [sys.executable, "-m", "tests.rendering.live_scene", config.model_dump_json()]
     done = subprocess.run(
         command, env={**os.environ, "MUJOCO_GL": "egl"}, capture_output=True, text=True, check=True
     )

@@ -91,6 +91,18 @@ def test_a_run_without_feedback(site: Site) -> None:
     assert (config.reward.kind, config.feedback.kind) == ("true", "none")
 
 
+@pytest.mark.parametrize(
+    ("kind", "suggested", "not_suggested"),
+    [("dmc", "walker-run", "drawer-close"), ("metaworld", "drawer-close", "walker-run"), ("gym", "Ant-v5", "x")],
+)
+def test_environments_of_the_chosen_family_are_suggested(
+    site: Site, kind: str, suggested: str, not_suggested: str
+) -> None:
+    page = site.client.get(f"/new?preset=cartpole-swingup&environment.kind={kind}").text
+    assert f'<option value="{suggested}">' in page
+    assert f'<option value="{not_suggested}">' not in page
+
+
 def test_fields_of_kinds_left_behind_are_passed_over(site: Site) -> None:
     """Without scripts the form still shows the old kind's fields when the new kind is chosen and sent."""
     form = form_of(site, "preset=cartpole-swingup")

@@ -22,7 +22,19 @@ CROSS_SITE = (
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/new", "/runs/x", "/api/runs", "/api/openapi.json", "/artifacts/clips/1"]
+    "path",
+    [
+        "/",
+        "/new",
+        "/runs/x",
+        "/experiments/x",
+        "/compare?run=x&run=y",
+        "/api/runs",
+        "/api/experiments",
+        "/api/experiments/x",
+        "/api/openapi.json",
+        "/artifacts/clips/1",
+    ],
 )
 def test_nothing_is_served_without_the_token(site: Site, path: str) -> None:
     answer = site.anonymous.get(path)
@@ -131,7 +143,7 @@ def test_every_answer_carries_the_policy(site: Site, path: str) -> None:
 
 
 def test_even_an_unexpected_failure_does(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("server.dashboard.overviews", lambda _session: 1 / 0)
+    monkeypatch.setattr("server.dashboard.single_overviews", lambda _session: 1 / 0)
     answer = site.client.get("/")
     assert answer.status_code == 500
     assert "ZeroDivisionError" not in answer.text

@@ -6,6 +6,8 @@ from datetime import timedelta
 
 import pytest
 
+from labels_db.config_differences import ABSENT
+from labels_db.evaluation_curves import spread_of
 from labels_db.models import utc_now
 from server import words
 
@@ -52,3 +54,26 @@ def test_plurals() -> None:
 )
 def test_measures(value: object, text: str) -> None:
     assert words.measure(value) == text
+
+
+def test_measured_numbers_have_the_decimals_that_their_size_bears() -> None:
+    assert [words.figure(value) for value in (None, 0.856, -12.34, 812.3)] == ["–", "0.86", "−12.3", "812.3"]
+    assert words.spread(None) == "–"
+    assert words.spread(spread_of([0.5])) == "0.50"
+    assert words.spread(spread_of([800.0, 804.0])) == "802.0 ± 2.0"
+    assert [words.measure_name(name) for name in ("return", "largest_tilt")] == [
+        "True return",
+        "Largest tilt",
+    ]
+
+
+def test_settings() -> None:
+    values = (ABSENT, None, True, 500_000, 0.0003, "sessions")
+    assert [words.setting(value) for value in values] == [
+        "–",
+        "not set",
+        "yes",
+        "500\u202f000",
+        "0.0003",
+        "sessions",
+    ]

@@ -98,7 +98,7 @@ def test_a_fresh_checkout_gets_an_environment(machine: Machine) -> None:
     venv, upgrade, install = machine.calls
     assert venv == "venv"
     assert "--upgrade pip>=25.1" in upgrade
-    assert install.endswith("--editable .[trainer,export]")
+    assert install.endswith("--editable .[trainer,export,metaworld,classic,experiments]")
     assert sorted(path.name for path in (machine.checkout / ".venv").iterdir()) == [
         "bin",
         "installed-product",

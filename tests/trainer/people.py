@@ -8,17 +8,23 @@ import time
 import uuid
 from collections.abc import Callable
 
+import numpy as np
+
 from labels_db.answers import answer_query, pressed_for
 from labels_db.database import Database
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Choice, Pressed, Query, utc_now
-from trainer.teachers import oracle
+from labels_db.run_config import Oracle
+from trainer.teachers import judge
 
 Judge = Callable[[Query], Choice]
 
 
 def by_true_return(query: Query) -> Choice:
-    return oracle(query.first.true_return, query.second.true_return)
+    first, second = query.first.true_return, query.second.true_return
+    assert first is not None
+    assert second is not None
+    return judge(Oracle(), (first, second), (first, second), 0.0, np.random.default_rng(0))
 
 
 class Person:

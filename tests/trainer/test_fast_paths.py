@@ -11,18 +11,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labels_db.run_config import SAC, LearnedReward, RunConfig, StateEntropy
+from tests.trainer.given import lived
 from tests.trainer.test_segments import pool_of
 from trainer import neighbours, precision
 from trainer.adam import FlatAdam
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
 from trainer.agents.sac_by_hand import UpdateByHand
-from trainer.agents.update import Update
+from trainer.agents.sac_update import Update
+from trainer.candidate_scores import pair_probabilities
 from trainer.exploration import StateEntropyReward
 from trainer.neighbours import neighbour_distance, plain_neighbour_distance
 from trainer.networks import EnsembleMLP, linear_default, orthogonal
 from trainer.passes import Passes, Room
-from trainer.query_selection import pair_probabilities
 from trainer.randomness import Randomness
 from trainer.replay_buffer import ReplayBuffer
 from trainer.reward_model import Preferences, RewardModel, preference_logit, preference_loss
@@ -149,7 +150,7 @@ def agent(
     for _ in range(50):
         rows = [rng.normal(size=(1, n)).astype(np.float32) for n in (observation, action, observation)]
         reward = rng.normal(size=1).astype(np.float32)
-        made.observe(rows[0], np.tanh(rows[1]), reward, rows[2], rng.random(1) < 0.2)
+        made.observe(lived(rows[0], np.tanh(rows[1]), rows[2], rng.random(1) < 0.2), reward)
     return made
 
 

@@ -11,12 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labels_db.run_config import SAC, LearnedReward, StateEntropy
+from tests.trainer.given import lived
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_by_hand import UpdateByHand
+from trainer.candidate_scores import disagreement, entropy
 from trainer.exploration import RunningDeviation, StateEntropyReward
 from trainer.neighbours import neighbour_distance
 from trainer.networks import Actor, tanh_gaussian_log_prob
-from trainer.query_selection import disagreement, entropy
 from trainer.randomness import Randomness
 from trainer.replay_buffer import Batch, ReplayBuffer
 from trainer.reward_model import Preferences, RewardModel, preference_logit, preference_loss
@@ -198,7 +199,7 @@ def test_target_critics_follow_by_polyak_average_every_second_update() -> None:
     learner = agent(target_rate=0.1)
     for _ in range(20):
         noise = [np.random.default_rng(0).normal(size=(1, n)).astype(np.float32) for n in (3, 2, 3)]
-        learner.observe(noise[0], noise[1], np.ones(1, np.float32), noise[2], np.zeros(1, bool))
+        learner.observe(lived(noise[0], noise[1], noise[2], np.zeros(1, bool)), np.ones(1, np.float32))
     start = [p.clone() for p in learner.target_critic.parameters()]
     learner.update()
     for before, now in zip(start, learner.target_critic.parameters(), strict=True):

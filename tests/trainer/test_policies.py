@@ -13,18 +13,19 @@ from safetensors.numpy import load_file
 from labels_db.models import Command
 from labels_db.run_config import RunConfig
 from tests.trainer.conftest import RUN, Lab, small_config
+from trainer.agents import make_agent, policy_layers
 from trainer.checkpoints import CheckpointError
 from trainer.commands import DOERS, do
 from trainer.export import ExportError, export_policy
-from trainer.networks import Actor
 from trainer.policy import TrainedPolicy, load_policy
+from trainer.randomness import Randomness
 
 
 @pytest.fixture
 def policy() -> TrainedPolicy:
     config: RunConfig = small_config()
-    actor = Actor(5, 1, config.agent.width, config.agent.depth, torch.Generator().manual_seed(4))
-    return TrainedPolicy(config, 900, actor)
+    agent = make_agent(config, Randomness(4), torch.device("cpu"))
+    return TrainedPolicy(config, 900, policy_layers(config, agent.state()))
 
 
 OBSERVATIONS = np.random.default_rng(0).normal(size=(7, 5)).astype(np.float32)

@@ -16,62 +16,23 @@ from labels_db.models import (
     Answer,
     Choice,
     Desired,
-    Fit,
     Metric,
     Query,
-    QueryScore,
     QueryState,
     RunState,
-    Segment,
 )
 from labels_db.records import evaluations_of, fits_of
 from labels_db.run_config import RunConfig
 from labels_db.runs import Claim, attempt_died, extend_run, get_run, resume_run, stop_run
 from tests.trainer.conftest import RUN, Lab, new_lab, small_config
 from tests.trainer.people import Person
+from tests.trainer.whole_runs import live_until, rows, weights
 from trainer.attempt import Attempt
-from trainer.checkpoints import Checkpoints
 from trainer.posting import PeoplesDesk
-from trainer.replay import digest, replay
+from trainer.replay import replay
 from trainer.replay_buffer import ReplayBuffer
 from trainer.reward_model import RewardModel
 from trainer.upkeep import RecordedUpkeep
-
-
-def weights(lab: Lab) -> str:
-    """Digest of the networks and optimisers of the run's last checkpoint."""
-    checkpoints = Checkpoints(lab.database, lab.store, Claim(RUN, 0), 1)
-    manifest = checkpoints.latest()
-    assert manifest is not None
-    return digest(checkpoints.state(manifest))
-
-
-def rows(lab: Lab) -> dict[str, list[Any]]:
-    """What the run has recorded, without the times and attempts that differ between any two runs."""
-    with lab.database.read() as session:
-        return {
-            "segments": [
-                (s.episode, s.start, s.checksum, s.true_return) for s in session.scalars(select(Segment))
-            ],
-            "queries": [
-                (q.index, q.first_id, q.second_id, q.scheme, q.score, q.state)
-                for q in session.scalars(select(Query))
-            ],
-            "answers": [
-                (a.sequence, a.query_id, a.choice, a.answer_id) for a in session.scalars(select(Answer))
-            ],
-            "fits": [
-                (f.index, f.step, f.cursor, f.epochs, f.training_accuracy, f.fresh_accuracy)
-                for f in session.scalars(select(Fit))
-            ],
-            "scores": [(s.query_id, s.probability) for s in session.scalars(select(QueryScore))],
-            "metrics": [
-                (m.name, m.step, m.value)
-                for m in session.scalars(select(Metric))
-                if m.name != "steps_per_second"
-            ],
-            "evaluations": [(e.step, e.returns) for e in evaluations_of(session, RUN)],
-        }
 
 
 @pytest.fixture(scope="module")
@@ -155,20 +116,7 @@ def test_killed_after_any_checkpoint_it_ends_with_the_same_rows_and_weights(
 
 def test_stopped_and_resumed_it_ends_with_the_same_rows_and_weights(lab: Lab, undisturbed: Lab) -> None:
     lab.request(small_config())
-    attempt = Attempt(lab.data, lab.claim())
-    stops = iter([False] * 520)
-    before = RecordedUpkeep.before_step
-
-    def stopping(self: RecordedUpkeep, training: Any) -> None:
-        if next(stops, True) is not False:
-            with lab.database.write() as session:
-                stop_run(session, RUN)
-            self.progress.listen()
-        before(self, training)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(RecordedUpkeep, "before_step", stopping)
-        assert attempt.live() is RunState.STOPPED
+    assert live_until(lab, 520) is RunState.STOPPED
     with lab.database.write() as session:
         assert get_run(session, RUN).step == 520
         resume_run(session, RUN)

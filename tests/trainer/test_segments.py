@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labels_db.run_config import Disagreement, Entropy, LearnedReward, Uniform
 from trainer.episodes import EpisodePool, FinishedEpisode
-from trainer.query_selection import SCORES, select
-from trainer.randomness import Randomness
-from trainer.reward_model import RewardModel
 from trainer.segments import PairSampler, inputs_from_bytes
 
 
@@ -67,25 +62,3 @@ def test_an_artifact_gives_back_what_the_reward_model_takes() -> None:
     assert first.inputs.shape == (5, 5)
     expected = first.episode.rewards[first.start : first.start + 5].sum()
     assert first.true_return == pytest.approx(expected, rel=1e-6)
-
-
-@pytest.mark.parametrize("scheme", [Uniform(), Disagreement(), Entropy()], ids=lambda s: s.kind)
-def test_schemes_keep_the_best_of_ten_times_as_many(scheme: Uniform | Disagreement | Entropy) -> None:
-    model = RewardModel(LearnedReward(width=16), 3, 2, Randomness(0), torch.device("cpu"))
-    with torch.no_grad():
-        for parameter in model.members.parameters():
-            parameter.mul_(4)
-    pool = pool_of(30, 30, 30)
-    chosen = select(scheme, PairSampler(pool, 5, np.random.default_rng(1)), model, 4, 10)
-    assert [c.scheme for c in chosen] == [scheme.kind] * 4
-    score = SCORES[type(scheme)]
-    if score is None:
-        assert all(c.score is None for c in chosen)
-        return
-    candidates = PairSampler(pool, 5, np.random.default_rng(1)).draw(40)
-    first, second = (
-        torch.from_numpy(np.stack([pair[side].inputs for pair in candidates])) for side in (0, 1)
-    )
-    best = sorted(score(model.probabilities(first, second)).tolist(), reverse=True)[:4]
-    assert [c.score for c in chosen] == pytest.approx(best, rel=1e-5)
-    assert len({(c.pair[0].start, c.pair[1].start) for c in chosen}) > 1

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page
 
-from tests.web import demo
+from tests.web import demo, demo_experiment
 from tests.web.conftest import LiveServer
 
 AXE = (Path(__file__).parent / "vendor" / "axe" / "axe.min.js").read_text(encoding="utf-8")
@@ -27,7 +27,11 @@ def violations(page: Page, rules: str = "{}") -> list[str]:
 
 def addresses(server: LiveServer) -> list[str]:
     ids = demo.populate(server.data, server.database)
+    with server.database.write() as session:
+        first, second, *_ = demo_experiment.populate(session)
     pages = ["/", "/new?preset=walker-walk", "/runs/nobody", "/sign-in"]
+    pages += [f"/experiments/{demo_experiment.NAME}", f"/experiments/{demo_experiment.NAME}?measure=success"]
+    pages += [f"/compare?run={first}&run={second}&run={ids['teaching']}", f"/compare?run={first}"]
     return pages + [f"/runs/{ids[state]}" for state in ("teaching", "failed", "finished")]
 
 

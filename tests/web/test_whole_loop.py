@@ -27,7 +27,7 @@ from labels_db.database import Database
 from labels_db.models import Answer, Choice, FeedbackSession, Query, Run, RunState
 from labels_db.records import evaluations_of, fits_of
 from labels_db.runs import get_run
-from trainer.teachers import oracle
+from tests.trainer.people import by_true_return
 
 PRESET = "cartpole-windmill-clockwise"
 
@@ -107,7 +107,7 @@ class SimulatedPerson:
     def press(self, query_id: int) -> None:
         with self.database.read() as session:
             query = session.get_one(Query, query_id)
-            choice = oracle(query.first.true_return, query.second.true_return)
+            choice = by_true_return(query)
         self.page.keyboard.press(self.key(query, choice))
         self.said[query_id] = choice
 

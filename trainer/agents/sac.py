@@ -12,20 +12,16 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from labels_db.run_config import SAC
+from labels_db.run_config import SAC, RunConfig
 from trainer.adam import FlatAdam
+from trainer.agents.interface import BatchReward
 from trainer.agents.sac_by_hand import UpdateByHand
-from trainer.agents.update import Losses, Update
+from trainer.agents.sac_update import SACLosses, Update
+from trainer.collector import Transitions
 from trainer.networks import Actor, Critic
+from trainer.policy_layers import PolicyLayer
 from trainer.randomness import Randomness
-from trainer.replay_buffer import Batch, ReplayBuffer, RewardFunction
-
-BatchReward = Callable[[Batch], Tensor]
-"""The reward an update learns from: stored, or computed for the batch of the moment."""
-
-
-def stored_reward(batch: Batch) -> Tensor:
-    return batch.reward
+from trainer.replay_buffer import ReplayBuffer, RewardFunction
 
 
 class SACAgent:
@@ -69,6 +65,12 @@ class SACAgent:
         self.critic_optimizer = FlatAdam((self.critic.twins.flat, self.config.learning_rate))
         self._update: Update = UpdateByHand(self, self.precision)
 
+    def begin_anew(self, updates: int) -> None:
+        """New critics, and so many updates of them; the actor stays."""
+        self.reset_critic()
+        for _ in range(updates):
+            self.update()
+
     # Acting and remembering ----------------------------------------------------------------------
 
     @torch.no_grad()
@@ -84,29 +86,27 @@ class SACAgent:
         size = (len(observed), self.sizes[1])
         return self.actor.explore(observed, torch.randn(size, generator=self._acting, device=self.device))
 
-    def observe(
-        self,
-        observations: NDArray[np.float32],
-        actions: NDArray[np.float32],
-        rewards: NDArray[np.float32],
-        next_observations: NDArray[np.float32],
-        terminated: NDArray[np.bool_],
-    ) -> None:
-        """Remember N transitions."""
-        columns = (observations, actions, rewards, next_observations, terminated)
-        self.buffer.add(*(torch.as_tensor(column, device=self.device) for column in columns))
+    def observe(self, transitions: Transitions, rewards: NDArray[np.float32]) -> None:
+        """Remember one step of N environments with its rewards [N]."""
+        self.buffer.remember(transitions, rewards)
 
     def relabel(self, reward: RewardFunction, between_parts: Callable[[], None]) -> None:
         self.buffer.relabel(reward, between_parts)
 
     # Learning ------------------------------------------------------------------------------------
 
-    def update(self, reward: BatchReward = stored_reward) -> Losses:
+    def learn(self, reward: BatchReward | None, steps: int) -> SACLosses:
+        """The configured number of updates for each of so many steps; returns the last one's losses."""
+        for _ in range(self.config.updates_per_step * steps):
+            losses = self.update(reward)
+        return losses
+
+    def update(self, reward: BatchReward | None = None) -> SACLosses:
         """One gradient step of critics, actor and temperature; returns the losses."""
         batch = self.buffer.sample(self.config.batch_size, self._sampling)
         size = (2, self.config.batch_size, self.sizes[1])
         noise = torch.randn(size, generator=self._sampling, device=self.device)
-        losses = self._update(batch, reward(batch), noise)
+        losses = self._update(batch, batch.reward if reward is None else reward(batch), noise)
         self.updates += 1
         if self.updates % self.config.target_every == 0:
             self._update_target()
@@ -145,3 +145,15 @@ class SACAgent:
         self.actor_optimizer.load(state["actor_optimizer"])
         self.critic_optimizer.load(state["critic_optimizer"])
         self._update.refresh()
+
+
+def policy_layers(config: RunConfig, state: dict[str, Any]) -> list[PolicyLayer]:
+    """tanh(μ) of a saved state: the last layer's columns for log σ are left out."""
+    assert isinstance(config.agent, SAC)
+    known, size = config.catalogue_entry, (config.agent.width, config.agent.depth)
+    actor = Actor(known.observation_size, known.action_size, *size, torch.Generator())
+    actor.load_state_dict(state["actor"])
+    layers = [(w[0].numpy(), b[0, 0].numpy()) for w, b in actor.trunk.layers(actor.trunk.flat.detach())]
+    *hidden, (weight, bias) = layers
+    mean = weight[:, : known.action_size], bias[: known.action_size]
+    return [*(PolicyLayer(*layer, "relu") for layer in hidden), PolicyLayer(*mean, "tanh")]

@@ -9,7 +9,7 @@ import torch.nn.functional as F  # noqa: N812  (PyTorch's own convention)
 from torch import Tensor
 
 from trainer.adam import FlatAdam
-from trainer.agents.update import Losses
+from trainer.agents.sac_update import SACLosses
 from trainer.replay_buffer import Batch
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ class AutogradUpdate:
     def __init__(self, agent: SACAgent) -> None:
         self.agent = agent
 
-    def __call__(self, batch: Batch, rewards: Tensor, noise: Tensor) -> Losses:
+    def __call__(self, batch: Batch, rewards: Tensor, noise: Tensor) -> SACLosses:
         agent = self.agent
         target = self.target(batch, rewards, noise[0])
         values = agent.critic(batch.observation, batch.action)
@@ -35,7 +35,7 @@ class AutogradUpdate:
         _step(agent.actor_optimizer, actor_loss + agent.log_temperature.exp() * surplus)
         agent.critic.requires_grad_(True)
         error = values.detach() - target
-        return Losses(error, chosen.detach(), log_prob.detach(), agent.temperature, rewards)
+        return SACLosses(error, chosen.detach(), log_prob.detach(), agent.temperature, rewards)
 
     def refresh(self) -> None:
         """Autograd reads the networks as they are."""

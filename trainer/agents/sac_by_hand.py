@@ -15,7 +15,7 @@ import torch
 import torch.nn.functional as F  # noqa: N812  (PyTorch's own convention)
 from torch import Tensor
 
-from trainer.agents.update import Losses
+from trainer.agents.sac_update import SACLosses
 from trainer.networks import Actor
 from trainer.passes import Passes, Room
 from trainer.replay_buffer import Batch
@@ -57,14 +57,14 @@ class UpdateByHand:
         }
 
     @torch.no_grad()
-    def __call__(self, batch: Batch, rewards: Tensor, noise: Tensor) -> Losses:
+    def __call__(self, batch: Batch, rewards: Tensor, noise: Tensor) -> SACLosses:
         count = len(rewards)
         observations = torch.cat([batch.next_observation, batch.observation])
         sampled = self.sample(observations, noise.flatten(0, 1))
         error = self._learn_values(batch, self.target(batch, rewards, sampled[:count]))
         values = self._learn_policy(batch, sampled[count:])
         log_prob, temperature = sampled.log_prob[count:], self.agent.temperature
-        return Losses(error, values, log_prob, temperature, rewards)
+        return SACLosses(error, values, log_prob, temperature, rewards)
 
     def refresh(self) -> None:
         for passes in (self.actor, self.critic, self.target_critic):

@@ -8,8 +8,16 @@ from contextlib import contextmanager
 from types import MappingProxyType
 from typing import Any
 
-from labels_db.run_config import Behaviour, DMControl
-from trainer.environments.behaviours import BEHAVIOURS
+from labels_db.run_config import (
+    Behaviour,
+    DMControl,
+    EnvironmentConfig,
+    Gymnasium,
+    InstalledEnvironment,
+    MetaWorld,
+)
+from trainer import extensions
+from trainer.environments.behaviours import BEHAVIOURS, BehaviourSpec
 from trainer.environments.interface import (
     Action,
     Environment,
@@ -18,6 +26,7 @@ from trainer.environments.interface import (
     PhysicsState,
     Scene,
 )
+from trainer.extensions import installed
 
 __all__ = [
     "Action",
@@ -45,6 +54,18 @@ def without_gl() -> Iterator[None]:
             os.environ["MUJOCO_GL"] = before
 
 
+@contextmanager
+def extra(package: str, wanted_by: str) -> Iterator[None]:
+    """While a package is imported that only an extra installs: says which one where it is missing."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if error.name != package:
+            raise
+        how = f"install it with: pip install 'pebble-teach[{package}]'"
+        raise ModuleNotFoundError(f"{wanted_by} needs the package {package}; {how}", name=package) from error
+
+
 def _task(config: DMControl) -> Environment:
     with without_gl():
         from trainer.environments.suite import SuiteEnvironment
@@ -54,17 +75,48 @@ def _task(config: DMControl) -> Environment:
 def _behaviour(config: Behaviour) -> Environment:
     with without_gl():
         from trainer.environments.suite import SuiteEnvironment
-    if config.behaviour not in BEHAVIOURS:
-        raise ValueError(f"{config.name}: unknown behaviour; one of {', '.join(BEHAVIOURS)}")
-    behaviour = BEHAVIOURS[config.behaviour]
-    return SuiteEnvironment(behaviour.task, config.action_repeat, behaviour.make_wish())
+    behaviour = BEHAVIOURS.get(config.behaviour) or _installed_behaviour(config.behaviour)
+    return SuiteEnvironment(behaviour.task, config.action_repeat, behaviour.make_wish(), behaviour.start)
+
+
+def _installed_behaviour(name: str) -> BehaviourSpec:
+    try:
+        found: BehaviourSpec = installed(extensions.BEHAVIOURS, name)
+    except ValueError as error:
+        raise ValueError(f"{name}: unknown behaviour; one of {', '.join(BEHAVIOURS)}; {error}") from error
+    return found
+
+
+def _meta_world(config: MetaWorld) -> Environment:
+    with without_gl(), extra("metaworld", config.name):
+        from trainer.environments.meta_world import MetaWorldEnvironment
+    return MetaWorldEnvironment(config.task, config.action_repeat, goal_visible=config.goal_visible)
+
+
+def _registered(config: Gymnasium) -> Environment:
+    with without_gl():
+        from trainer.environments.gym_environment import registered
+
+        return registered(config.id, config.action_repeat)
+
+
+def _installed(config: InstalledEnvironment) -> Environment:
+    with without_gl():
+        made: Environment = installed(extensions.ENVIRONMENTS, config.environment)(config.action_repeat)
+    return made
 
 
 MAKERS: MappingProxyType[type, Callable[[Any], Environment]] = MappingProxyType(
-    {DMControl: _task, Behaviour: _behaviour}
+    {
+        DMControl: _task,
+        Behaviour: _behaviour,
+        MetaWorld: _meta_world,
+        Gymnasium: _registered,
+        InstalledEnvironment: _installed,
+    }
 )
 
 
-def make_environment(config: DMControl | Behaviour) -> Environment:
+def make_environment(config: EnvironmentConfig) -> Environment:
     """The environment of a configuration, not yet reset."""
     return MAKERS[type(config)](config)

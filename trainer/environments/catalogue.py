@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import labels_db
-from labels_db.catalogue import CatalogueEntry
-from labels_db.run_config import Behaviour, DMControl
+from labels_db.catalogue import CatalogueEntry, as_text
+from labels_db.run_config import Behaviour, DMControl, EnvironmentConfig, Gymnasium, MetaWorld
 from trainer.environments import make_environment
 from trainer.environments.behaviours import BEHAVIOURS
-from trainer.environments.goals import GOALS, TITLES
+from trainer.environments.goals import ENDING_EARLY, GOALS, TITLES
+from trainer.environments.gym_goals import GYM_GOALS
+from trainer.environments.meta_world_goals import META_WORLD_GOALS, META_WORLD_TITLES
 
 PATH = Path(labels_db.__file__).with_name("catalogue.json")
 
 
-def measure(config: DMControl | Behaviour, title: str, goal: str) -> CatalogueEntry:
+def measure(config: EnvironmentConfig, title: str, goal: str, *, ends_early: bool = False) -> CatalogueEntry:
     """The entry of one environment, its sizes and times asked of the simulator."""
     environment = make_environment(config)
     observation, action = environment.observation_space.shape, environment.action_space.shape
@@ -32,22 +32,28 @@ def measure(config: DMControl | Behaviour, title: str, goal: str) -> CatalogueEn
         control_step=round(environment.control_step, 9),
         episode_steps=environment.episode_steps,
         goal=goal,
+        ends_early=ends_early,
     )
 
 
 def entries() -> Iterator[CatalogueEntry]:
-    """Every behaviour and every task of the suite."""
+    """Every behaviour, and every task of the suite, of Meta-world and of Gymnasium's MuJoCo."""
     # Not validated: a new environment is in no catalogue yet, and this is how it comes into one.
     for name, behaviour in BEHAVIOURS.items():
         yield measure(Behaviour.model_construct(behaviour=name), behaviour.title, behaviour.goal)
     for task, title in TITLES.items():
-        yield measure(DMControl.model_construct(task=task), title, GOALS[task])
+        suite = DMControl.model_construct(task=task)
+        yield measure(suite, title, GOALS[task], ends_early=task in ENDING_EARLY)
+    for task, title in META_WORLD_TITLES.items():
+        yield measure(MetaWorld.model_construct(task=task), title, META_WORLD_GOALS[task])
+    for id, known in GYM_GOALS.items():
+        registered = Gymnasium.model_construct(id=id)
+        yield measure(registered, known.title, known.goal, ends_early=known.ends_early)
 
 
 def catalogue_text() -> str:
-    """The catalogue as JSON, one environment a row, sorted by name."""
-    rows = sorted(map(dataclasses.asdict, entries()), key=lambda row: row["name"])
-    return "[\n" + ",\n".join(json.dumps(row, ensure_ascii=False) for row in rows) + "\n]\n"
+    """The catalogue as JSON."""
+    return as_text(entries())
 
 
 def main() -> None:

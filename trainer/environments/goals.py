@@ -142,3 +142,6 @@ _TASKS = {
 
 TITLES = MappingProxyType({task: title for task, (title, _) in _TASKS.items()})
 GOALS = MappingProxyType({task: f"Prefer the clip in which {shows}." for task, (_, shows) in _TASKS.items()})
+
+# Their episodes end when all masses have come to rest.
+ENDING_EARLY = frozenset({"lqr-lqr_2_1", "lqr-lqr_6_2"})

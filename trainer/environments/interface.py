@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import gymnasium
@@ -20,14 +20,19 @@ PhysicsState = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class EnvironmentState:
-    """All that an episode needs to go on exactly: the simulator's state [S] and what lies around it."""
+    """All that an episode needs to go on exactly: the simulator's state [S] and what lies around it.
+
+    `random` holds generators, `wish` what the reward remembers, `task` what else is kept between steps.
+    """
 
     episode_seed: int
     step: int
     ended: bool
     physics: PhysicsState
     observation: Observation
-    random: dict[str, Any]
+    random: dict[str, Any] = field(default_factory=dict)
+    wish: dict[str, Any] = field(default_factory=dict)
+    task: dict[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> str:
         """This state as JSON that gives back every bit."""
@@ -51,7 +56,7 @@ class Scene(Protocol):
 
     @property
     def model(self) -> Any:
-        """The simulator's `mujoco.MjModel`."""
+        """The simulator's `mujoco.MjModel`; None for a `PictureScene`, which draws itself."""
 
     @property
     def data(self) -> Any:

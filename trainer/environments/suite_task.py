@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -11,26 +13,42 @@ import numpy.typing as npt
 from absl import logging
 from dm_control import suite
 
-from trainer.environments.behaviours import Measures
+from trainer.environments.behaviours.turns import TakingTurns
+from trainer.environments.behaviours.wish import Gauge, Measures, Memory, NoGauge
 
 UNLIMITED_EPISODE_STEPS = 1000  # lqr sets no time limit; every other task has 1000 control steps
 
+# The hand-made reward is content with one leg: how well both are used shows whether a gait is natural.
+GAUGES: MappingProxyType[str, Callable[[], Gauge]] = MappingProxyType({"walker-walk": TakingTurns})
+
 
 class TaskReward:
-    """The task's own reward."""
+    """The task's own reward, and a gauge that looks on."""
 
-    def __init__(self, task: Any) -> None:
-        self._task = task
+    def __init__(self, task: Any, gauge: Gauge) -> None:
+        self._task, self._gauge = task, gauge
 
     def begin(self, physics: Any) -> None:
-        del physics
+        self._gauge.begin(physics)
 
     def reward(self, physics: Any) -> float:
+        self._gauge.watch(physics)
         return float(self._task.get_reward(physics))
 
     def measures(self, physics: Any) -> Measures:
         del physics
-        return {}
+        return self._gauge.measures()
+
+    def state(self) -> Memory:
+        return self._gauge.state()
+
+    def load(self, memory: Memory) -> None:
+        self._gauge.load(memory)
+
+
+def gauge_of(name: str) -> Gauge:
+    """What is measured in a task beside its reward."""
+    return GAUGES.get(name, NoGauge)()
 
 
 def build(name: str) -> Any:

@@ -18,11 +18,12 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from pydantic import TypeAdapter
 
+from labels_db.catalogue import include
 from labels_db.run_config import Clips, EnvironmentConfig
 from trainer.environments import PhysicsState, make_environment
 from trainer.rendering.messages import Header, receive, send
@@ -30,17 +31,19 @@ from trainer.rendering.sheet import Frame, chosen_steps, encode_clip
 
 if TYPE_CHECKING:
     from trainer.rendering.painter import Painter
+    from trainer.rendering.pictured import PicturePainter
 
 WATCH_SECONDS = 1.0
 LEAVING = -1  # before every request
 
 Work = Iterator[None]
+AnyPainter: TypeAlias = "Painter | PicturePainter"
 
 
 class Workshop:
     """Carries out requests, each a generator that gives way after a frame or at its end."""
 
-    def __init__(self, painter: Painter, clips: Clips, answer: Callable[[Header, bytes], None]) -> None:
+    def __init__(self, painter: AnyPainter, clips: Clips, answer: Callable[[Header, bytes], None]) -> None:
         self._painter, self._clips, self._answer = painter, clips, answer
         self._waiting: queue.PriorityQueue[tuple[int, int, Header, Work]] = queue.PriorityQueue()
         self._arrivals = itertools.count()
@@ -127,13 +130,17 @@ def private_streams() -> tuple[IO[bytes], IO[bytes]]:
     return sys.stdin.buffer, replies
 
 
-def open_painter(settings: Header, clips: Clips) -> Painter:
+def open_painter(settings: Header, clips: Clips) -> AnyPainter:
     """The scene and its OpenGL context, tried on a first frame; raises whatever a missing library raises."""
     from trainer.rendering.painter import Painter
+    from trainer.rendering.pictured import PicturePainter
 
     load_when_used("scipy.ndimage")  # half of the suite's loading, and only quadruped-escape uses it
+    for path in settings.get("catalogues", ()):
+        include(Path(path))
     config = TypeAdapter[Any](EnvironmentConfig).validate_python(settings["environment"])
-    painter = Painter(make_environment(config).scene, clips.width, clips.height)
+    scene: Any = make_environment(config).scene
+    painter = (PicturePainter if scene.model is None else Painter)(scene, clips.width, clips.height)
     encode_clip([painter.draw_scene(0)], (0.0,), 0.0)
     return painter
 

@@ -28,6 +28,17 @@ FIELD_OF_VIEW = 30.0  # degrees, vertical: narrow enough to keep limbs near the 
 
 FRAMINGS = MappingProxyType(
     {
+        "Ant": Framing((0, 0, 0.5), 5.0, azimuth=120, elevation=-20, follows="torso"),
+        "HalfCheetah": Framing((0, 0, 0.55), 3.5, follows="torso", axes="x"),
+        "Hopper": Framing((0, 0, 0.75), 3.9, follows="torso", axes="x"),
+        "Humanoid": Framing((0, 0, 0.85), 4.4, azimuth=120, elevation=-10, follows="torso"),
+        "HumanoidStandup": Framing((0, 0, 0.55), 4.2, azimuth=120, elevation=-15, follows="torso"),
+        "InvertedDoublePendulum": Framing((0, 0, 0.4), 4.8, elevation=-5),
+        "InvertedPendulum": Framing((0, 0, 0.2), 3.2, elevation=-5),
+        "Pusher": Framing((0.3, -0.25, -0.2), 2.8, azimuth=120, elevation=-40),
+        "Reacher": Framing((0, 0, 0), 1.0, elevation=-80),
+        "Swimmer": Framing((0, 0, 0), 5.2, elevation=-50, follows="torso"),
+        "Walker2d": Framing((0, 0, 0.8), 4.3, follows="torso", axes="x"),
         "acrobot": Framing((0, 0, 2.05), 8.8),
         "ball_in_cup": Framing((0, 0, 0.36), 1.6),
         # Following by a share keeps the whole swing in view at both ends of the rail, and the pole large.
@@ -44,6 +55,7 @@ FRAMINGS = MappingProxyType(
         "humanoid_CMU": Framing((0, 0, 0.85), 3.9, azimuth=120, elevation=-10, follows="root"),
         "lqr": Framing((0.9, 0, 0.1), 4.4, elevation=-40),
         "manipulator": Framing((0, 0, 0.41), 1.75, elevation=-3),
+        "metaworld": Framing((0, 0.65, 0.14), 1.75, azimuth=145, elevation=-32),
         "pendulum": Framing((0, 0, 0.6), 2.45),
         "point_mass": Framing((0, 0, 0), 1.2, elevation=-70),
         "quadruped": Framing((0, 0, 0.4), 4.5, azimuth=120, elevation=-18, follows="torso"),

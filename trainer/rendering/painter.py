@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
@@ -11,9 +12,11 @@ import numpy.typing as npt
 from trainer.environments import PhysicsState, Scene
 from trainer.rendering import stage
 from trainer.rendering.framing import FIELD_OF_VIEW, Framing, framing
+from trainer.rendering.meshes import coarse_meshes
 from trainer.rendering.sheet import Frame
 
 AXES = "xyz"
+DETAIL = 2.0  # pixels: finer meshes than that only cost time
 
 
 class Painter:
@@ -25,7 +28,7 @@ class Painter:
         self._episode_drawn: int | None = None
         stage.dress(scene.model, width, height, self._framing.distance)
         scene.model.vis.global_.fovy = FIELD_OF_VIEW
-        with stage.coarse_floor(scene.model):
+        with stage.coarse_floor(scene.model), coarse_meshes(scene.model, self._pixel(height) * DETAIL):
             self._renderer = mujoco.Renderer(scene.model, height, width)
         self._renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = False
         self._option = mujoco.MjvOption()
@@ -50,10 +53,16 @@ class Painter:
         stage.settle_ground(model, scene)
         stage.light(scene, centre, self._framing.distance)
         frame: Frame = self._renderer.render()
+        if not stage.has_sky(model):
+            stage.lighten_sky(frame)
         return frame
 
     def close(self) -> None:
         self._renderer.close()
+
+    def _pixel(self, height: int) -> float:
+        """Metres that one pixel shows where the camera looks."""
+        return 2 * self._framing.distance * math.tan(math.radians(FIELD_OF_VIEW) / 2) / height
 
     def _centre(self) -> npt.NDArray[np.float64]:
         """The point [3] that the camera looks at."""

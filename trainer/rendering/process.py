@@ -10,7 +10,8 @@ from contextlib import suppress
 from types import MappingProxyType
 from typing import IO
 
-from labels_db.run_config import Behaviour, Clips, DMControl
+from labels_db.catalogue import included
+from labels_db.run_config import Clips, DMControl, EnvironmentConfig
 from trainer.rendering.errors import RenderingUnavailable
 from trainer.rendering.messages import Header, receive, send
 
@@ -24,7 +25,7 @@ LOG_TAIL = 500
 class ChildProcess:
     """One rendering process, with one backend."""
 
-    def __init__(self, backend: str, environment: DMControl | Behaviour, clips: Clips) -> None:
+    def __init__(self, backend: str, environment: EnvironmentConfig, clips: Clips) -> None:
         self.backend = backend
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - as long as the process
         self._process = subprocess.Popen(
@@ -35,7 +36,9 @@ class ChildProcess:
             start_new_session=True,  # Ctrl-C in the terminal is the run's business
             env={**ONE_CORE, **os.environ, "MUJOCO_GL": backend, "PYOPENGL_PLATFORM": backend},
         )
-        self.send({"environment": environment.model_dump(), "clips": clips.model_dump()})
+        catalogues = [str(path) for path in included()]
+        settings = {"environment": environment.model_dump(), "clips": clips.model_dump()}
+        self.send({**settings, "catalogues": catalogues})
 
     @property
     def pid(self) -> int:
@@ -75,7 +78,7 @@ class ChildProcess:
 
 
 def start_child(
-    environment: DMControl | Behaviour, clips: Clips, backends: tuple[str, ...] = BACKENDS
+    environment: EnvironmentConfig, clips: Clips, backends: tuple[str, ...] = BACKENDS
 ) -> ChildProcess:
     """A process that has drawn a first frame, with the first backend that can.
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from labels_db.run_config import Behaviour, Clips, DMControl
+from labels_db.run_config import Clips, EnvironmentConfig
 from trainer.environments import PhysicsState
 from trainer.rendering.errors import RenderingError, RenderingLost
 from trainer.rendering.messages import Header
@@ -54,7 +54,7 @@ class Renderer:
     """
 
     def __init__(
-        self, environment: DMControl | Behaviour, clips: Clips, backends: tuple[str, ...] = BACKENDS
+        self, environment: EnvironmentConfig, clips: Clips, backends: tuple[str, ...] = BACKENDS
     ) -> None:
         self._environment, self._clips, self._backends = environment, clips, backends
         self._lock = threading.Lock()

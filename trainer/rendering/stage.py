@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -17,11 +18,14 @@ ZENITH: Colour = (0.60, 0.71, 0.83)
 HORIZON: Colour = (0.89, 0.92, 0.95)
 TILES: tuple[Colour, Colour] = ((0.76, 0.79, 0.82), (0.70, 0.735, 0.77))
 BACKDROP: Colour = (0.72, 0.79, 0.86)
+WOOD: Colour = (0.84, 0.77, 0.68)  # pale, so that small things on Meta-world's table can be seen
+METAL: Colour = (0.62, 0.65, 0.69)
 SLICES = 18  # around a limb, in frames 240 pixels high
 SHADOW_TEXELS = 2.6  # per pixel of a frame's height
 SHADOW_REACH = 0.45  # of the camera's distance: all that the frame shows casts its shadow
 FAR = 40.0  # times the camera's distance
 GROUND = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
+FLOORS = ("floor", "ground")
 KEY_DIRECTION = (0.35, 0.45, -0.82)
 
 MATERIALS: dict[str, Colour] = {
@@ -62,16 +66,29 @@ def _repaint(model: Any) -> None:
             model.geom_rgba[geom] = (*LEFT_LIMBS, 1)
     if "target" in names:  # acrobot hides the very thing that people must look for
         model.site_group[model.site_matid == names.index("target")] = 0
+    for geom in _planes(model, (*FLOORS, "table")):
+        _repaint_plane(model, geom)
     for texture in range(model.ntex):
         _retexture(model, texture)
 
 
+def _repaint_plane(model: Any, geom: int) -> None:
+    """A plane of one colour becomes pale; one with a texture shows it, in tiles of half a metre."""
+    material = model.geom_matid[geom]
+    if material < 0:
+        model.geom_rgba[geom] = (*TILES[1], 1)
+    elif not model.mat_texuniform[material]:
+        model.geom_rgba[geom] = 0.5, 0.5, 0.5, 1  # MuJoCo's word for "as the material is"
+        model.mat_texuniform[material], model.mat_texrepeat[material] = True, (1, 1)
+
+
 def _retexture(model: Any, texture: int) -> None:
-    """The suite's star fields become plain, its dark grid pale; other textures stay."""
+    """Star fields, backgrounds, wood and metal become plain, the suite's dark grid pale; other textures stay."""
     start, channels = model.tex_adr[texture], model.tex_nchannel[texture]
     height, width = model.tex_height[texture], model.tex_width[texture]
     pixels = model.tex_data[start : start + height * width * channels].reshape(height, width, channels)
-    paint = TEXTURES.get(model.tex(texture).name)
+    is_sky = model.tex_type[texture] == mujoco.mjtTexture.mjTEXTURE_SKYBOX
+    paint = _sky if is_sky else TEXTURES.get(model.tex(texture).name)
     if paint is not None:
         pixels[:] = paint(width)
 
@@ -94,9 +111,9 @@ def _checks(side: int) -> npt.NDArray[np.uint8]:
     return _mix(*TILES, odd[:, :, None])
 
 
-def _backdrop(side: int) -> npt.NDArray[np.uint8]:
+def _plain(colour: Colour, side: int) -> npt.NDArray[np.uint8]:
     """One colour [side, side, 3]."""
-    return _mix(BACKDROP, BACKDROP, np.zeros((side, side, 1)))
+    return _mix(colour, colour, np.zeros((side, side, 1)))
 
 
 def _mix(first: Colour, second: Colour, share: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
@@ -105,9 +122,12 @@ def _mix(first: Colour, second: Colour, share: npt.NDArray[np.float64]) -> npt.N
 
 
 TEXTURES: dict[str, Callable[[int], npt.NDArray[np.uint8]]] = {
-    "skybox": _sky,
     "grid": _checks,
-    "background": _backdrop,
+    "texplane": _checks,
+    "background": partial(_plain, BACKDROP),
+    "T_floor": partial(_plain, TILES[0]),
+    "T_table": partial(_plain, WOOD),
+    "T_wallmetal": partial(_plain, METAL),
 }
 
 
@@ -142,8 +162,21 @@ def _vast(model: Any) -> float:
 
 
 def _floors(model: Any) -> list[int]:
-    named = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in ("floor", "ground")]
+    return _planes(model, FLOORS)
+
+
+def _planes(model: Any, names: tuple[str, ...]) -> list[int]:
+    named = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, name) for name in names]
     return [geom for geom in named if geom >= 0 and model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE]
+
+
+def has_sky(model: Any) -> bool:
+    return bool((model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX).any())
+
+
+def lighten_sky(frame: npt.NDArray[np.uint8]) -> None:
+    """Where a model has no sky, a frame [height, width, 3] is black; nothing that is lit is."""
+    frame[(frame == 0).all(-1)] = np.round(255 * np.asarray(HORIZON))
 
 
 def settle_ground(model: Any, scene: Any) -> None:

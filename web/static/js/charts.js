@@ -1,6 +1,7 @@
 // The curves of a run over one step axis: they share the crosshair and mark the step whose policy is shown.
 import { Curves } from "./curves.js";
 import { decimal, number } from "./numbers.js";
+import { axis, colour, onTheme } from "./plot.js";
 
 const PERIOD = 2000;
 const HEIGHT = 150;
@@ -9,16 +10,6 @@ const total = Number(box.dataset.steps);
 const curves = new Curves(box.dataset.run);
 const none = box.querySelector("[data-charts-none]");
 let chosenStep = null;
-
-const probe = document.createElement("span");
-probe.hidden = true;
-box.append(probe);
-
-// A canvas knows no custom properties: an element resolves them, in the theme of the moment.
-const colour = (name) => {
-  probe.style.color = `var(--${name})`;
-  return getComputedStyle(probe).color;
-};
 
 const percent = (value) => (value === null || value === undefined ? "–" : `${Math.round(value * 100)} %`);
 
@@ -75,14 +66,6 @@ const markChosen = (plot) => {
   plot.ctx.restore();
 };
 
-const axis = (more) => ({
-  stroke: () => colour("ink-soft"),
-  grid: { stroke: () => colour("line"), width: 1 },
-  ticks: { show: false },
-  font: "12px system-ui, sans-serif",
-  ...more,
-});
-
 const options = (chart, width) => ({
   width,
   height: HEIGHT,
@@ -129,8 +112,7 @@ const refresh = async () => {
 new ResizeObserver(() => {
   for (const { plot } of charts) plot.setSize({ width: box.clientWidth, height: HEIGHT });
 }).observe(box);
-document.addEventListener("theme:change", redraw);
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+onTheme(redraw);
 document.addEventListener("step:chosen", (event) => {
   chosenStep = event.detail;
   redraw();

@@ -1,4 +1,6 @@
 // What a run has measured, kept complete: asks for what is new, and for everything after a restart.
+import { columns } from "./plot.js";
+
 const NAMES = ["episode_return", "steps_per_second"];
 
 export class Curves {
@@ -38,9 +40,7 @@ export class Curves {
 
   /** Columns for uPlot: the steps at which any of the named was measured, then each one's values there. */
   columns(names) {
-    const all = names.map((name) => this.series.get(name) ?? new Map());
-    const steps = [...new Set(all.flatMap((values) => [...values.keys()]))].sort((a, b) => a - b);
-    return [steps, ...all.map((values) => steps.map((step) => values.get(step)))];
+    return columns(names.map((name) => this.series.get(name) ?? new Map()));
   }
 
   async #get(what) {

@@ -11,7 +11,7 @@ from trainer.replay_buffer import Batch
 
 
 @dataclass(frozen=True)
-class Losses:
+class SACLosses:
     """Kept as tensors until somebody reads them: most updates nobody asks about."""
 
     error: Tensor
@@ -40,7 +40,7 @@ class Losses:
 class Update(Protocol):
     """Steps an agent's critics, then its actor and temperature."""
 
-    def __call__(self, batch: Batch, rewards: Tensor, noise: Tensor) -> Losses:
+    def __call__(self, batch: Batch, rewards: Tensor, noise: Tensor) -> SACLosses:
         """`rewards` [B]; `noise` [2, B, A] is standard normal, for the next and for the present actions."""
 
     def refresh(self) -> None:

@@ -1,0 +1,129 @@
+"""`pebble experiment`, `pebble plot`, `pebble methods`."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import structlog
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from cli.errors import UsageError
+from labels_db.data_folder import DataFolder
+from labels_db.experiments import Experiment
+from labels_db.methods import methods
+from labels_db.models import ALIVE, Run
+
+
+def list_methods(*, as_json: bool) -> None:
+    """Every method, and what it is."""
+    if as_json:
+        rows = [{"name": m.name, "is": m.sentence, "settings": dict(m.settings)} for m in methods().values()]
+        typer.echo(json.dumps(rows))
+        return
+    table = Table(box=None, pad_edge=False)
+    for heading in ("Method", "What it is"):
+        table.add_column(heading)
+    for method in methods().values():
+        table.add_row(method.name, method.sentence)
+    Console().print(table)
+
+
+def live_through(file: Path, data: DataFolder, parallel: int, *, as_json: bool) -> int:
+    """Run what is missing of the experiment; 0 unless a run failed. Ctrl-C stops with checkpoints."""
+    from trainer.experiments.results import write_results
+    from trainer.experiments.runner import run_experiment
+
+    structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
+    experiment = _read(file)
+    leave = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: leave.set())
+    with _display(experiment, hidden=as_json) as show:
+        standing = run_experiment(experiment, data, parallel=parallel, leave=leave, show=show)
+    folder = write_results(experiment, data)
+    result = {
+        "experiment": experiment.name,
+        "runs": len(standing.runs),
+        "finished": standing.finished,
+        "failed": standing.failed,
+        "results": str(folder),
+    }
+    typer.echo(json.dumps(result) if as_json else _sentence(result))
+    return 1 if standing.failed else 0
+
+
+def plot(file: Path, data: DataFolder, out: Path | None) -> None:
+    """Draw the experiment's figures from its results."""
+    from trainer.experiments.figures import draw_all
+    from trainer.experiments.results import Results, write_results
+
+    experiment = _read(file)
+    folder = write_results(experiment, data)
+    try:
+        results = Results.read(folder)
+    except FileNotFoundError as error:
+        raise UsageError(f"{experiment.name}: has no results yet; run `pebble experiment {file}`") from error
+    if not experiment.figures:
+        raise UsageError(f"{file}: asks for no figures; add some under `figures:`")
+    for path in draw_all(experiment, results, data, out or folder / "figures"):
+        typer.echo(str(path))
+
+
+def _read(file: Path) -> Experiment:
+    from trainer.experiments.file import ExperimentError, read_experiment
+
+    try:
+        return read_experiment(file)
+    except ExperimentError as error:
+        raise UsageError(str(error)) from error
+
+
+def _sentence(result: dict[str, Any]) -> str:
+    failed = f" Failed: {', '.join(result['failed'])}." if result["failed"] else ""
+    return (
+        f"{result['experiment']}: {result['finished']} of {result['runs']} runs finished.{failed}"
+        f" Results in {result['results']}"
+    )
+
+
+@contextmanager
+def _display(experiment: Experiment, *, hidden: bool) -> Iterator[Callable[[Any], None]]:
+    """One line for the whole, and one for each run under way."""
+    columns = (
+        TextColumn("{task.description:<48}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]:>8}"),
+        TimeRemainingColumn(),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=hidden or not console.is_terminal) as bars:
+        whole = bars.add_task(experiment.name, total=None, rate="")
+        lines: dict[str, TaskID] = {}
+
+        def show(standing: Any) -> None:
+            bars.update(whole, total=len(standing.runs), completed=standing.finished)
+            alive = {run.id: run for run in standing.runs if run.state in ALIVE}
+            for ended in lines.keys() - alive.keys():
+                bars.remove_task(lines.pop(ended))
+            for run in alive.values():
+                _show_run(bars, lines, run)
+
+        yield show
+
+
+def _show_run(bars: Progress, lines: dict[str, TaskID], run: Run) -> None:
+    if run.id not in lines:
+        lines[run.id] = bars.add_task(run.id, total=run.config["total_steps"], rate="")
+    rate = "" if run.steps_per_second is None else f"{run.steps_per_second:.0f}/s"
+    bars.update(lines[run.id], completed=run.step, description=f"{run.id} {run.phase}", rate=rate)

@@ -1,0 +1,30 @@
+"""Ready configurations: a task, what people are asked to look for, and a profile for each purpose."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+
+from labels_db.presets.behaviours import behaviours
+from labels_db.presets.locomotion import locomotion
+from labels_db.presets.manipulation import manipulation
+from labels_db.presets.preset import PROFILES, Preset
+from labels_db.presets.small import small_tasks
+
+__all__ = ["PROFILES", "Preset", "preset_named", "presets"]
+
+
+@functools.cache
+def presets() -> dict[str, Preset]:
+    """Every preset by name, in the order they are shown."""
+    made = (*behaviours(), *small_tasks(), *locomotion(), *manipulation())
+    return {preset.name: preset for preset in made}
+
+
+def preset_named(name: str) -> Preset:
+    """The preset of that name; ValueError names the closest."""
+    known = presets()
+    if name not in known:
+        close = difflib.get_close_matches(name, known, n=1) or list(known)
+        raise ValueError(f"preset {name!r}: unknown; one of {', '.join(close)}")
+    return known[name]

@@ -1,0 +1,148 @@
+"""The paper's locomotion tasks (section 5.1), to the number of its tables; PPO's in its appendix B."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from labels_db.presets.preset import Preset, Profiles, Settings
+from labels_db.run_config import (
+    SAC,
+    DMControl,
+    Evaluation,
+    Oracle,
+    RunConfig,
+    Sessions,
+    StateEntropy,
+)
+
+
+@dataclass(frozen=True)
+class _Few:
+    """Settings of the comparison with few labels (labels, M, K)."""
+
+    budget: int
+    queries: int
+    steps_between: int
+
+
+@dataclass(frozen=True)
+class _Task:
+    name: str
+    rate: float
+    """Of the paper; its follow-ups take `public_rate`."""
+    public_rate: float
+    queries: int
+    total_steps: int
+    few: _Few
+    ppo: Settings
+    ppo_queries: int
+
+
+TASKS = (
+    _Task(
+        name="walker-walk",
+        rate=5e-4,
+        public_rate=5e-4,
+        queries=140,
+        total_steps=500_000,
+        few=_Few(100, 10, 20_000),
+        ppo={
+            "agent.learning_rate": "5e-5",
+            "agent.rollout_steps": "100",
+            "agent.batch_size": "128",
+            "environments": "32",
+        },
+        ppo_queries=70,
+    ),
+    _Task(
+        name="cheetah-run",
+        rate=1e-3,
+        public_rate=5e-4,
+        queries=140,
+        total_steps=1_000_000,
+        few=_Few(100, 10, 20_000),
+        ppo={
+            "agent.learning_rate": "5e-5",
+            "agent.rollout_steps": "100",
+            "agent.batch_size": "512",
+            "environments": "16",
+        },
+        ppo_queries=70,
+    ),
+    _Task(
+        name="quadruped-walk",
+        rate=1e-4,
+        public_rate=1e-4,
+        queries=70,
+        total_steps=1_000_000,
+        few=_Few(1000, 100, 30_000),
+        ppo={
+            "agent.learning_rate": "1e-4",
+            "agent.rollout_steps": "500",
+            "agent.batch_size": "128",
+            "environments": "16",
+        },
+        ppo_queries=70,
+    ),
+)
+
+
+def locomotion() -> Iterator[Preset]:
+    for task in TASKS:
+        yield Preset(task.name, _profiles(task), _on_policy(task))
+
+
+def _profiles(task: _Task) -> Profiles:
+    public = _as_published(task, rate=task.public_rate, transform="distance", tie="first")
+    few, feedback = task.few, public.feedback
+    assert isinstance(feedback, Sessions)
+    fewer = {"budget": few.budget, "queries_per_session": few.queries, "steps_between": few.steps_between}
+    return {
+        "laptop": _laptop(task),
+        "paper": _as_published(task, rate=task.rate, transform="log", tie="equal"),
+        "public": public,
+        "few-labels": public.model_copy(update={"feedback": feedback.model_copy(update=fewer)}),
+    }
+
+
+def _as_published(task: _Task, *, rate: float, transform: str, tie: str) -> RunConfig:
+    return RunConfig(
+        environment=DMControl(task=task.name),
+        agent=SAC(width=1024, depth=2, batch_size=1024, learning_rate=rate),
+        exploration=StateEntropy.model_validate({"transform": transform}),
+        feedback=Sessions(
+            teacher=Oracle.model_validate({"tie": tie}),
+            budget=1400,
+            queries_per_session=task.queries,
+            steps_between=20_000,
+            segment_steps=50,
+        ),
+        evaluation=Evaluation(every=10_000, episodes=10),
+        total_steps=task.total_steps,
+    )
+
+
+def _laptop(task: _Task) -> RunConfig:
+    return RunConfig(
+        environment=DMControl(task=task.name, action_repeat=2),
+        agent=SAC(width=256, batch_size=256, learning_rate=5e-4),
+        feedback=Sessions(teacher=Oracle(), budget=400, queries_per_session=40, steps_between=10_000),
+        evaluation=Evaluation(every=10_000, episodes=5),
+        total_steps=250_000,
+    )
+
+
+def _on_policy(task: _Task) -> Mapping[str, Settings]:
+    paper: Settings = {
+        **task.ppo,
+        "agent.width": "1024",
+        "agent.depth": "3",
+        "agent.epochs": "20",
+        "agent.clip_range": "0.2",
+        "total_steps": "4000000",
+        "feedback.budget": "2100",
+        "feedback.queries_per_session": str(task.ppo_queries),
+    }
+    public = {**paper, "agent.clip_range": "0.4", "agent.clip_schedule": "linear"}
+    return {"paper": paper, "public": public, "few-labels": public}

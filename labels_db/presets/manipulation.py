@@ -1,0 +1,115 @@
+"""The paper's manipulation tasks (section 5.2) in today's Meta-world, whose figures are not the paper's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from labels_db.presets.preset import Preset, Profiles, Settings
+from labels_db.run_config import (
+    SAC,
+    Evaluation,
+    LearnedReward,
+    MetaWorld,
+    Oracle,
+    RunConfig,
+    Sessions,
+    StateEntropy,
+)
+
+
+@dataclass(frozen=True)
+class _Few:
+    """Settings of the comparison with few labels (labels, M, K, steps)."""
+
+    budget: int
+    queries: int
+    steps_between: int
+    total_steps: int
+
+
+@dataclass(frozen=True)
+class _Task:
+    name: str
+    budget: int
+    queries: int
+    steps_between: int
+    few: _Few | None = None
+
+
+TASKS = (
+    _Task("drawer-close", 10_000, 64, 2400),
+    _Task("window-open", 10_000, 64, 2400, _Few(400, 10, 5000, 500_000)),
+    _Task("door-open", 10_000, 64, 2400, _Few(3000, 30, 5000, 1_000_000)),
+    _Task("button-press", 10_000, 64, 2400, _Few(2000, 25, 5000, 1_000_000)),
+    _Task("sweep-into", 50_000, 128, 4800),
+    _Task("drawer-open", 50_000, 128, 4800),
+)
+
+
+def manipulation() -> Iterator[Preset]:
+    for task in TASKS:
+        yield Preset(task.name, _profiles(task), ON_POLICY)
+
+
+def _profiles(task: _Task) -> Profiles:
+    public = _as_published(task, segment_steps=50, transform="distance", tie="first")
+    published = {
+        "laptop": _laptop(task),
+        "paper": _as_published(task, segment_steps=10, transform="log", tie="equal"),
+        "public": public,
+    }
+    return published if task.few is None else {**published, "few-labels": _fewer(public, task.few)}
+
+
+def _fewer(public: RunConfig, few: _Few) -> RunConfig:
+    changes = {"budget": few.budget, "queries_per_session": few.queries, "steps_between": few.steps_between}
+    feedback = public.feedback.model_copy(update=changes)
+    return public.model_copy(update={"feedback": feedback, "total_steps": few.total_steps})
+
+
+def _as_published(task: _Task, *, segment_steps: int, transform: str, tie: str) -> RunConfig:
+    return RunConfig(
+        environment=MetaWorld(task=task.name),
+        agent=SAC(width=256, depth=3, batch_size=512, learning_rate=3e-4),
+        reward=LearnedReward(max_epochs=10),
+        exploration=StateEntropy.model_validate({"transform": transform}),
+        feedback=Sessions(
+            teacher=Oracle.model_validate({"tie": tie}),
+            budget=task.budget,
+            queries_per_session=task.queries,
+            steps_between=task.steps_between,
+            segment_steps=segment_steps,
+        ),
+        evaluation=Evaluation(every=10_000, episodes=10),
+        total_steps=1_000_000,
+    )
+
+
+def _laptop(task: _Task) -> RunConfig:
+    return RunConfig(
+        environment=MetaWorld(task=task.name, goal_visible=True),
+        agent=SAC(width=256, batch_size=256, learning_rate=5e-4),
+        reward=LearnedReward(max_epochs=10),
+        feedback=Sessions(
+            teacher=Oracle(), budget=1000, queries_per_session=50, steps_between=5000, segment_steps=25
+        ),
+        evaluation=Evaluation(every=10_000, episodes=10),
+        total_steps=150_000,
+    )
+
+
+PAPER_PPO: Settings = {
+    "agent.width": "256",
+    "agent.depth": "3",
+    "agent.learning_rate": "3e-4",
+    "agent.rollout_steps": "250",
+    "agent.batch_size": "256",
+    "agent.epochs": "20",
+    "environments": "32",
+    "total_steps": "3000000",
+    "feedback.queries_per_session": "256",
+    "feedback.steps_between": "2400",
+}
+PUBLIC_PPO: Settings = {**PAPER_PPO, "agent.clip_range": "0.4", "agent.clip_schedule": "linear"}
+ON_POLICY: Mapping[str, Settings] = {"paper": PAPER_PPO, "public": PUBLIC_PPO, "few-labels": PUBLIC_PPO}

@@ -1,0 +1,201 @@
+"""A whole small experiment: run, killed, run again, its results and every kind of figure."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+
+from labels_db.data_folder import DataFolder
+from labels_db.errors import ConflictError
+from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
+from labels_db.models import RunState
+from labels_db.runs import stop_run
+from trainer.experiments.file import ExperimentError, read_experiment
+from trainer.experiments.results import Results
+
+EXPERIMENTS = Path(__file__).parents[2] / "benchmarks" / "experiments"
+
+SMALL = {
+    "environment.action_repeat": 8,  # 125 steps an episode
+    "agent.width": 16,
+    "agent.batch_size": 16,
+    "exploration.seed_steps": 130,
+    "evaluation.every": 200,
+    "evaluation.episodes": 1,
+    "total_steps": 600,
+}
+ASKING = {
+    "reward.width": 16,
+    "reward.max_epochs": 2,
+    "exploration.explore_steps": 170,
+    "feedback.budget": 8,
+    "feedback.queries_per_session": 4,
+    "feedback.steps_between": 100,
+}
+SAYS: dict[str, Any] = {
+    "name": "tiny",
+    "title": "As small as it gets",
+    "tasks": ["cartpole-swingup"],
+    "methods": [{"method": "pebble", "name": "pebble-8", "settings": ASKING}, "sac"],
+    "seeds": [1, 2],
+    "settings": SMALL,
+    "figures": [
+        {"kind": "curves", "file": "curves"},
+        {"kind": "curves", "file": "iqm", "statistic": "iqm", "asymptotes": ["sac"]},
+        {"kind": "budgets", "file": "labels"},
+        {"kind": "differences", "file": "claims", "pairs": [["pebble-8", "sac"]]},
+        {"kind": "strips", "file": "strips", "frames": 4},
+        {"kind": "queries", "file": "asked", "methods": ["pebble-8"], "sessions": [0], "queries": 2},
+    ],
+}
+
+
+def written(folder: Path, **changes: Any) -> Path:
+    path = folder / "tiny.yaml"
+    path.write_text(yaml.safe_dump({**SAYS, **changes}), encoding="utf-8")
+    return path
+
+
+def pebble(*arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen([sys.executable, "-m", "cli", *arguments], stdout=subprocess.PIPE, text=True)
+
+
+def states(data: DataFolder) -> dict[str, RunState]:
+    database = data.open_database()
+    with database.read() as session:
+        found = {run.id: run.state for run in runs_of_experiment(session, "tiny")}
+    database.close()
+    return found
+
+
+@pytest.fixture(scope="module")
+def lived(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, DataFolder]:
+    """The experiment, killed once in its middle without a word."""
+    folder = tmp_path_factory.mktemp("experiment")
+    file, data = written(folder), DataFolder(folder / "data")
+    command = ["experiment", str(file), "--data", str(data.path), "--parallel", "2", "--json"]
+    with pebble(*command) as killed:
+        while RunState.FINISHED not in states(data).values():
+            assert killed.poll() is None
+        os.kill(killed.pid, signal.SIGKILL)
+    with pebble(*command) as again:
+        said, _ = again.communicate(timeout=120)
+    assert again.returncode == 0, said
+    assert '"finished": 4' in said
+    return file, data
+
+
+def test_what_had_finished_is_not_lived_again(lived: tuple[Path, DataFolder]) -> None:
+    _, data = lived
+    assert set(states(data).values()) == {RunState.FINISHED}
+    database = data.open_database()
+    with database.read() as session:
+        runs = runs_of_experiment(session, "tiny")
+        assert [run.id for run in runs] == [
+            "tiny-cartpole-swingup-pebble-8-1",
+            "tiny-cartpole-swingup-pebble-8-2",
+            "tiny-cartpole-swingup-sac-1",
+            "tiny-cartpole-swingup-sac-2",
+        ]
+        assert min(run.attempt for run in runs) == 1
+        assert {run.method for run in runs} == {"pebble-8", "sac"}
+    database.close()
+
+
+def test_results_are_parquet_beside_configuration_and_versions(lived: tuple[Path, DataFolder]) -> None:
+    _, data = lived
+    folder = data.path / "experiments" / "tiny"
+    results = Results.read(folder)
+    curves = results.curves("cartpole-swingup", "sac", "return")
+    assert {seed: [step for step, _ in curve] for seed, curve in curves.items()} == {
+        1: [200, 400, 600],
+        2: [200, 400, 600],
+    }
+    assert results.budget("cartpole-swingup", "pebble-8") == 8
+    assert results.last("cartpole-swingup", "sac", "return") == {s: c[-1][1] for s, c in curves.items()}
+    kept = Experiment.model_validate_json((folder / "experiment.json").read_text())
+    assert kept == Experiment.model_validate(SAYS)
+    assert "torch" in (folder / "versions.json").read_text()
+
+
+def test_every_kind_of_figure_is_drawn(lived: tuple[Path, DataFolder], tmp_path: Path) -> None:
+    file, data = lived
+    with pebble("plot", str(file), "--data", str(data.path), "--out", str(tmp_path)) as plotting:
+        said, _ = plotting.communicate(timeout=120)
+    assert plotting.returncode == 0
+    names = ["curves.png", "iqm.png", "labels.png", "claims.md", "strips.png", "asked.png"]
+    assert [Path(line).name for line in said.split()] == names
+    for name in names:
+        if name.endswith(".png"):
+            pixels = np.asarray(Image.open(tmp_path / name).convert("L"))
+            assert pixels.min() < 100 < 200 < pixels.max(), name
+    assert "| cartpole-swingup | pebble-8 − sac | 2 |" in (tmp_path / "claims.md").read_text()
+
+
+def test_other_settings_under_the_same_name_are_refused(lived: tuple[Path, DataFolder]) -> None:
+    _, data = lived
+    other = Experiment.model_validate({**SAYS, "settings": {**SMALL, "total_steps": 700}})
+    database = data.open_database()
+    with (
+        pytest.raises(ConflictError, match="is there already, with other settings; give the experiment"),
+        database.write() as session,
+    ):
+        request_experiment(session, other)
+    database.close()
+
+
+def test_what_was_stopped_is_asked_for_again(tmp_path: Path) -> None:
+    database = DataFolder(tmp_path).open_database()
+    experiment = Experiment.model_validate(SAYS)
+    with database.write() as session:
+        first = request_experiment(session, experiment)[0]
+        stop_run(session, first.id)
+        assert first.state is RunState.STOPPED
+        assert request_experiment(session, experiment)[0].state is RunState.QUEUED
+    database.close()
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"tasks": ["cartpole-swingdown"]}, "tasks: .*unknown; one of cartpole-swingup"),
+        ({"methods": ["peble"]}, "method 'peble': unknown; did you mean pebble"),
+        ({"seeds": []}, "seeds: .*at least 1 item"),
+        ({"settings": {"agent.widht": 3}}, "tiny-cartpole-swingup-pebble-8-1: agent.widht: "),
+        ({"colour": "red"}, "colour: Extra inputs"),
+        ({"methods": ["sac"]}, "figure 'claims': no method 'pebble-8'; one of sac"),
+        ({"name": "Not a name"}, "name: "),
+    ],
+)
+def test_a_wrong_file_is_told_what_is_wrong(tmp_path: Path, changes: Any, complaint: str) -> None:
+    with pytest.raises(ExperimentError, match=complaint):
+        read_experiment(written(tmp_path, **changes))
+
+
+def test_a_missing_or_broken_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match=r"absent\.yaml: cannot be read"):
+        read_experiment(tmp_path / "absent.yaml")
+    (tmp_path / "broken.yaml").write_text("a: [")
+    with pytest.raises(ExperimentError, match=r"broken\.yaml: is not YAML"):
+        read_experiment(tmp_path / "broken.yaml")
+
+
+def test_seeds_of_an_experiment_are_those_of_its_runs() -> None:
+    planned = list(Experiment.model_validate(SAYS).planned())
+    assert [one.config.seed for one in planned] == [1, 1, 2, 2]
+
+
+@pytest.mark.parametrize("file", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda file: file.stem)
+def test_ready_files_say_valid_experiments(file: Path) -> None:
+    experiment = read_experiment(file)
+    assert experiment.name == file.stem
+    assert experiment.figures

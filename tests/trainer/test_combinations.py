@@ -1,0 +1,142 @@
+"""Whole small runs of agents, teachers, schemes and rewards in combination: each pair of kinds meets."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import select
+
+from labels_db.methods import method_named
+from labels_db.models import Query, RunState
+from labels_db.overrides import with_settings
+from labels_db.presets import preset_named
+from labels_db.records import fits_of
+from labels_db.run_config import RunConfig
+from labels_db.runs import resume_run
+from tests.trainer.conftest import RUN, Lab, new_lab, small_config
+from tests.trainer.whole_runs import live_until, rows, weights
+from trainer.query_selection import SCHEMES
+from trainer.teachers import KINDS
+
+AGENTS = ("sac", "ppo")
+RELABELS = (True, False)
+TEACHERS = tuple(KINDS)
+ALL_SCHEMES = tuple(config().kind for config in SCHEMES)
+
+PPO = {
+    "agent.kind": "ppo",
+    "agent.depth": "1",
+    "agent.rollout_steps": "20",
+    "agent.epochs": "1",
+    "agent.exploring_epochs": "1",
+    "environments": "3",
+    "exploration.seed_steps": "0",
+}
+
+COMBINED = [
+    (teacher, scheme, AGENTS[(t + s) % 2], RELABELS[(t + s // 2) % 2])
+    for t, teacher in enumerate(TEACHERS)
+    for s, scheme in enumerate(ALL_SCHEMES)
+]
+
+
+def test_each_pair_of_kinds_meets() -> None:
+    kinds = (TEACHERS, ALL_SCHEMES, AGENTS, RELABELS)
+    for one, other in combinations(range(4), 2):
+        met = {(row[one], row[other]) for row in COMBINED}
+        assert len(met) == len(kinds[one]) * len(kinds[other])
+
+
+def shorter(config: RunConfig, **changes: Any) -> RunConfig:
+    return with_settings(config, {path.replace("__", "."): str(value) for path, value in changes.items()})
+
+
+@pytest.mark.parametrize(("teacher", "scheme", "agent", "relabel"), COMBINED)
+def test_a_combination_runs_to_its_end(
+    tmp_path: Path, teacher: str, scheme: str, agent: str, relabel: bool
+) -> None:
+    config = small_config(
+        environment__action_repeat=16,
+        feedback__teacher__kind=teacher,
+        feedback__scheme__kind=scheme,
+        reward__relabel=relabel,
+        reward__max_epochs=1,
+        evaluation__every=1000,
+        evaluation__episodes=1,
+        total_steps=480,
+        feedback__steps_between=80,
+    )
+    if agent == "ppo":
+        config = with_settings(config, PPO)
+    lab = new_lab(tmp_path / "data")
+    lab.request(config)
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        asked = session.scalars(select(Query.scheme)).all()
+        fits = fits_of(session, RUN)
+    assert asked == ["uniform"] * 4 + [scheme] * 8 or teacher == "skip"
+    assert len(fits) == 3 or teacher == "skip"
+    lab.database.close()
+
+
+METHODS = (
+    "ppo",
+    "preference-ppo",
+    "preference-ppo-pretrained",
+    "pebble-no-pretraining",
+    "pebble-increasing",
+)
+SMALL_PPO = {"agent.rollout_steps": "30", "environments": "3", "evaluation.every": "400", "agent.epochs": "2"}
+SMALL = {
+    "environment.action_repeat": "8",
+    "agent.width": "16",
+    "agent.batch_size": "16",
+    "total_steps": "900",
+    "evaluation.episodes": "1",
+    "evaluation.video": "none",
+}
+SMALL_EXPLORATION = {"exploration.seed_steps": "130", "exploration.explore_steps": "170"}
+SMALL_FEEDBACK = {
+    "reward.width": "16",
+    "reward.max_epochs": "3",
+    "feedback.budget": "12",
+    "feedback.queries_per_session": "4",
+    "feedback.steps_between": "150",
+}
+
+
+def of_method(name: str) -> RunConfig:
+    method = method_named(name)
+    config = preset_named("cartpole-swingup").config()
+    config = with_settings(config, {**SMALL, **SMALL_FEEDBACK, **SMALL_EXPLORATION})
+    if method.on_policy:
+        config = with_settings(config, {**PPO, **SMALL_PPO})
+    return with_settings(config, method.settings)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_method_goes_on_exactly_from_any_stop(tmp_path: Path, name: str) -> None:
+    ends = []
+    for stopped in (False, True):
+        lab = new_lab(tmp_path / str(stopped))
+        lab.request(of_method(name))
+        if stopped:
+            assert live_until(lab, 500) is RunState.STOPPED
+            with lab.database.write() as session:
+                resume_run(session, RUN)
+        assert lab.live() is RunState.FINISHED
+        ends.append((rows(lab), weights(lab)))
+        lab.database.close()
+    assert ends[0] == ends[1]
+
+
+def test_without_relabelling_stored_rewards_stay(lab: Lab) -> None:
+    from trainer.replay_buffer import ReplayBuffer
+
+    lab.request(of_method("pebble-no-relabel"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ReplayBuffer, "relabel", lambda *_: pytest.fail("a reward was written anew"))
+        assert lab.live() is RunState.FINISHED

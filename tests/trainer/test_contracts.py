@@ -1,0 +1,102 @@
+"""Every environment and every preset: it starts, learns, asks, relabels, and goes on exactly from a stop.
+
+`make contracts` runs these; the quick suite has one of each family.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from labels_db.catalogue import catalogue
+from labels_db.models import RunState
+from labels_db.overrides import with_settings
+from labels_db.presets import preset_named, presets
+from labels_db.records import fits_of
+from labels_db.run_config import RunConfig
+from labels_db.runs import resume_run
+from tests.trainer.conftest import RUN, new_lab
+from tests.trainer.whole_runs import live_until, rows, weights
+
+SMALL: Mapping[str, str] = {
+    "environment.action_repeat": "16",
+    "agent.width": "8",
+    "agent.batch_size": "8",
+    "agent.replay_capacity": "1000",
+    "reward.width": "8",
+    "reward.max_epochs": "1",
+    "exploration.seed_steps": "20",
+    "exploration.explore_steps": "20",
+    "exploration.reset_updates": "2",
+    "feedback.teacher.kind": "oracle",
+    "feedback.budget": "4",
+    "feedback.queries_per_session": "2",
+    "feedback.steps_between": "30",
+    "feedback.segment_steps": "5",
+    "evaluation.every": "100000",
+    "evaluation.episodes": "1",
+    "evaluation.video": "none",
+}
+SETTING = {"dmc": "task", "behaviour": "behaviour", "metaworld": "task", "gym": "id"}
+ONE_OF_EACH = {
+    "dmc:reacher-easy",
+    "behaviour:quadruped-wave-left-front",
+    "metaworld:drawer-close",
+    "gym:Hopper-v5",
+    "gym:Pendulum-v1",
+}
+
+
+def of_environment(name: str) -> RunConfig:
+    kind, _, value = name.partition(":")
+    base, known = preset_named("walker-walk").config(), catalogue()[name]
+    repeat = 1 if known.ends_early else 16  # or episodes would be over before a segment is
+    steps = 100 if known.ends_early else -(-known.episode_steps // repeat)
+    lengths = {
+        "environment.action_repeat": str(repeat),
+        "total_steps": str(2 * steps + 120),
+        "feedback.segment_steps": str(min(5, max(1, steps // 2))),
+    }
+    return with_settings(
+        base, {**SMALL, **lengths, "environment.kind": kind, f"environment.{SETTING[kind]}": value}
+    )
+
+
+def goes_on_exactly(config: RunConfig, folder: Path) -> None:
+    ends = []
+    for stopped in (False, True):
+        lab = new_lab(folder / str(stopped))
+        lab.request(config)
+        if stopped:
+            assert live_until(lab, config.total_steps - 30) is RunState.STOPPED
+            with lab.database.write() as session:
+                resume_run(session, RUN)
+        assert lab.live() is RunState.FINISHED
+        with lab.database.read() as session:
+            assert fits_of(session, RUN), "it learned no reward"
+        ends.append((rows(lab), weights(lab)))
+        lab.database.close()
+    assert ends[0] == ends[1]
+
+
+@pytest.mark.parametrize("name", sorted(ONE_OF_EACH))
+def test_one_environment_of_each_family(name: str, tmp_path: Path) -> None:
+    goes_on_exactly(of_environment(name), tmp_path)
+
+
+@pytest.mark.contracts
+@pytest.mark.parametrize("name", sorted(catalogue().keys() - ONE_OF_EACH))
+def test_every_environment(name: str, tmp_path: Path) -> None:
+    goes_on_exactly(of_environment(name), tmp_path)
+
+
+@pytest.mark.contracts
+@pytest.mark.parametrize("name", presets())
+def test_every_preset_in_every_profile(name: str, tmp_path: Path) -> None:
+    preset = preset_named(name)
+    for profile in preset.profiles:
+        steps = -(-preset.config(profile).catalogue_entry.episode_steps // 16)
+        changes = {**SMALL, "total_steps": str(2 * steps + 120), "feedback.kind": "sessions"}
+        goes_on_exactly(with_settings(preset.config(profile), changes), tmp_path / profile)

@@ -1,0 +1,109 @@
+"""The example of docs/extending.md, installed as any package would be, and taught with."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from trainer.extensions import installed
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "docs" / "example"
+
+SMALL = [
+    "agent.width=8",
+    "agent.batch_size=8",
+    "reward.width=8",
+    "reward.max_epochs=2",
+    "reward.batch_size=8",
+    "exploration.seed_steps=50",
+    "exploration.explore_steps=60",
+    "feedback.budget=8",
+    "feedback.queries_per_session=4",
+    "feedback.steps_between=40",
+    "feedback.segment_steps=5",
+    "evaluation.every=1000",
+    "evaluation.episodes=1",
+    "evaluation.video=none",
+]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the example is installed: its module, and the entry points that an installer writes."""
+    folder = tmp_path_factory.mktemp("site")
+    (folder / "pebble_example.py").write_text((EXAMPLE / "pebble_example.py").read_text())
+    project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]
+    info = folder / f"pebble_example-{project['version']}.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(
+        f"Metadata-Version: 2.1\nName: pebble-example\nVersion: {project['version']}\n"
+    )
+    groups = [
+        f"[{group}]\n" + "".join(f"{name} = {value}\n" for name, value in points.items())
+        for group, points in project["entry-points"].items()
+    ]
+    (info / "entry_points.txt").write_text("\n".join(groups))
+    return folder
+
+
+def pebble(site: Path, *arguments: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": f"{site}{os.pathsep}{ROOT}"}
+    command = [sys.executable, "-m", "cli", *arguments]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def taught(site: Path, data: Path, *settings: str) -> dict[str, Any]:
+    options = [option for setting in (*SMALL, *settings) for option in ("--set", setting)]
+    said = pebble(
+        site, "train", "cartpole-swingup", "--steps", "260", "--data", str(data), "--json", *options
+    )
+    result: dict[str, Any] = json.loads(said.splitlines()[-1])
+    return result
+
+
+def test_an_environment_a_teacher_and_a_scheme_of_ones_own(site: Path, tmp_path: Path) -> None:
+    added = pebble(site, "environments", "--add", "installed:corridor", "--data", str(tmp_path))
+    assert "only scripted teachers can be asked" in added
+    result = taught(
+        site,
+        tmp_path,
+        "environment.kind=installed",
+        "environment.environment=corridor",
+        "environment.action_repeat=2",
+        "feedback.teacher.kind=installed",
+        "feedback.teacher.name=impatient",
+        "feedback.scheme.kind=installed",
+        "feedback.scheme.name=undecided",
+    )
+    assert (result["state"], result["answers"]) == ("finished", 8)
+    assert result["measures"].keys() == {"distance"}
+
+
+def test_a_behaviour_of_ones_own(site: Path, tmp_path: Path) -> None:
+    pebble(site, "environments", "--add", "behaviour:pendulum-hang", "--data", str(tmp_path))
+    result = taught(
+        site,
+        tmp_path,
+        "environment.kind=behaviour",
+        "environment.behaviour=pendulum-hang",
+        "environment.action_repeat=16",
+    )
+    assert (result["state"], result["answers"]) == ("finished", 8)
+    assert result["measures"].keys() == {"speed"}
+
+
+def test_what_is_not_installed_is_told_with_what_is() -> None:
+    with pytest.raises(
+        ValueError, match=r"pebble\.schemes 'wise': no installed package offers it; there is: none"
+    ):
+        installed("pebble.schemes", "wise")

@@ -1,0 +1,70 @@
+"""What tests of whole runs compare, and a way to end them in their middle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from sqlalchemy import select
+
+from labels_db.models import Answer, Fit, Metric, Query, QueryScore, RunState, Segment
+from labels_db.records import evaluations_of
+from labels_db.runs import Claim, stop_run
+from tests.trainer.conftest import RUN, Lab
+from trainer.attempt import Attempt
+from trainer.checkpoints import Checkpoints
+from trainer.replay import digest
+from trainer.upkeep import RecordedUpkeep
+
+
+def weights(lab: Lab) -> str:
+    """Digest of the networks and optimisers of the run's last checkpoint."""
+    checkpoints = Checkpoints(lab.database, lab.store, Claim(RUN, 0), 1)
+    manifest = checkpoints.latest()
+    assert manifest is not None
+    return digest(checkpoints.state(manifest))
+
+
+def rows(lab: Lab) -> dict[str, list[Any]]:
+    """What the run has recorded, without the times and attempts that differ between any two runs."""
+    with lab.database.read() as session:
+        return {
+            "segments": [
+                (s.episode, s.start, s.checksum, s.true_return) for s in session.scalars(select(Segment))
+            ],
+            "queries": [
+                (q.index, q.first_id, q.second_id, q.scheme, q.score, q.state)
+                for q in session.scalars(select(Query))
+            ],
+            "answers": [
+                (a.sequence, a.query_id, a.choice, a.answer_id) for a in session.scalars(select(Answer))
+            ],
+            "fits": [
+                (f.index, f.step, f.cursor, f.epochs, f.training_accuracy, f.fresh_accuracy)
+                for f in session.scalars(select(Fit))
+            ],
+            "scores": [(s.query_id, s.probability) for s in session.scalars(select(QueryScore))],
+            "metrics": [
+                (m.name, m.step, m.value)
+                for m in session.scalars(select(Metric))
+                if m.name != "steps_per_second"
+            ],
+            "evaluations": [(e.step, e.returns) for e in evaluations_of(session, RUN)],
+        }
+
+
+def live_until(lab: Lab, step: int) -> RunState:
+    """Live the run until somebody stops it before that step."""
+    before = RecordedUpkeep.before_step
+
+    def stopping(self: RecordedUpkeep, training: Any) -> None:
+        if training.step >= step:
+            with lab.database.write() as session:
+                stop_run(session, RUN)
+            self.progress.listen()
+        before(self, training)
+
+    attempt = Attempt(lab.data, lab.claim())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(RecordedUpkeep, "before_step", stopping)
+        return attempt.live()

@@ -1,0 +1,100 @@
+"""Experiments and comparisons in a browser: curves, measures, ticks that outlast a renewal."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from labels_db.models import Run
+from labels_db.runs import Claim, finish_run
+from tests.web import demo, demo_experiment
+from tests.web.conftest import LiveServer
+from tests.web.demo_experiment import NAME, STEPS, TASKS
+
+GOING = f"{NAME}-{TASKS[0]}-pebble-3"
+
+
+@pytest.fixture
+def opened(page: Page, live_server: LiveServer) -> Page:
+    """The experiment's page, reached from the dashboard."""
+    with live_server.database.write() as session:
+        demo_experiment.populate(session)
+    page.goto(live_server.url)
+    expect(page.get_by_text("12 of 18 runs finished")).to_be_visible()
+    page.get_by_role("link", name=NAME, exact=True).click()
+    return page
+
+
+def test_every_task_has_its_curves(opened: Page) -> None:
+    for title in ("Cart pole · swing up", "Walker · walk"):
+        chart = opened.locator(".chart", has=opened.get_by_role("heading", name=title))
+        expect(chart.locator("canvas")).to_be_visible()
+        legend = chart.locator(".u-legend")
+        for name in ("pebble, 3 seeds", "preference-ppo, 2 seeds", "sac, 2 seeds"):
+            expect(legend.get_by_text(name)).to_be_visible()
+        assert legend.locator("tr:visible").count() == 4  # the step and three methods; no seed by itself
+    chart.hover()
+    expect(legend).to_contain_text(re.compile(r"sac, 2 seeds:?\s*\d"))
+
+
+def test_a_measure_is_chosen_by_a_link(opened: Page) -> None:
+    opened.get_by_role("link", name="Success").click()
+    expect(opened.get_by_role("heading", name="Success at the last evaluation")).to_be_visible()
+    expect(opened.locator(".chart h3")).to_have_text(["Cart pole · swing up"])
+
+
+def test_a_page_renews_its_table_and_curves(opened: Page, live_server: LiveServer) -> None:
+    expect(opened.locator(".chart")).to_have_count(2)
+    with opened.expect_response(re.compile("/api/experiments/")), live_server.database.write() as session:
+        run = session.get_one(Run, GOING)
+        held = Claim(run.id, run.attempt)
+        for step in range(STEPS // 2 + 5000, STEPS + 1, 5000):
+            demo_experiment.evaluated(session, run, held, step)
+        demo.going(session, held, step=STEPS)
+        finish_run(session, held)
+    expect(opened.get_by_text("13 of 18 runs finished, 1 under way")).to_be_visible()
+    expect(opened.get_by_text("3 of 3 seeds finished")).to_be_visible()
+
+
+def test_ticked_runs_stay_ticked_and_are_compared(opened: Page) -> None:
+    compare = opened.get_by_role("button", name="Compare")
+    expect(compare).to_be_disabled()
+    ticks = opened.get_by_role("checkbox")
+    ticks.nth(0).check()
+    expect(opened.get_by_text("One more, at least.")).to_be_visible()
+    ticks.nth(3).check()
+    with opened.expect_response(re.compile(f"/experiments/{NAME}")):
+        pass  # the list is renewed underneath
+    expect(opened.get_by_text("2 runs chosen.")).to_be_visible()
+    expect(ticks.nth(0)).to_be_checked()
+    compare.click()
+    expect(opened.get_by_role("heading", name="2 runs compared")).to_be_visible()
+    expect(opened.locator(".chart canvas")).to_be_visible()
+    expect(opened.locator(".chart .u-legend tr:visible")).to_have_text(
+        [re.compile("Step"), re.compile("A"), re.compile("B")]
+    )
+    expect(opened.get_by_role("row", name=re.compile(r"agent\.kind"))).to_contain_text("ppo")
+    opened.go_back()
+    expect(opened.get_by_text("2 runs chosen.")).to_be_visible()
+
+
+def test_runs_of_the_list_are_compared_without_scripts(browser: Browser, live_server: LiveServer) -> None:
+    with live_server.database.write() as session:
+        demo_experiment.populate(session)
+        for title in ("One", "Other"):
+            demo.queued(session, "cartpole-swingup", {"seed": str(len(title))}, title=title)
+    with browser.new_context(java_script_enabled=False) as context:
+        page = context.new_page()
+        page.goto(f"{live_server.url}/?token={live_server.token}")
+        page.get_by_role("button", name="Compare").click()
+        expect(page.get_by_text("Choose at least two runs to compare.")).to_be_visible()
+        page.goto(live_server.url)
+        page.get_by_label("Compare One").check()
+        page.get_by_label("Compare Other").check()
+        page.get_by_role("button", name="Compare").click()
+        expect(page.get_by_role("row", name="seed Where all randomness")).to_contain_text("35")
+        page.goto(f"{live_server.url}/experiments/{NAME}?measure=success")
+        expect(page.get_by_role("row", name="Cart pole · swing up")).to_contain_text("±")
+        expect(page.get_by_role("link", name="Their numbers")).to_be_visible()

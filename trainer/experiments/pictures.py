@@ -1,0 +1,133 @@
+"""Pictures of what runs do and ask, drawn anew from simulator states: no run needs to have kept a video."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from sqlalchemy import select
+
+from labels_db.data_folder import DataFolder
+from labels_db.models import FeedbackSession, Query, Segment
+from labels_db.run_config import Clips, RunConfig
+from labels_db.runs import config_of, get_run
+from trainer.environments import make_environment
+from trainer.evaluation import EvaluatedEpisode, evaluate
+from trainer.policy import load_policy
+from trainer.rendering import EncodedClip, Renderer
+from trainer.segments import states_from_bytes
+
+SECONDS = 2.0
+"""How much of an episode a strip shows."""
+ASKED_FRAMES = 4
+CLIPS = Clips(width=240, height=180)
+
+Picture = NDArray[np.uint8]
+
+
+def strips(rows: list[tuple[str, str]], data: DataFolder, frames: int, path: Path) -> Path:
+    """(title, run) → a row of frames each: the middle seconds of the best of five episodes."""
+    drawn = [(title, _strip(run_id, data, frames)) for title, run_id in rows]
+    return _stacked(drawn, path)
+
+
+def _strip(run_id: str, data: DataFolder, frames: int) -> Picture:
+    database = data.open_database()
+    policy = load_policy(database, data.open_store(), run_id)
+    database.close()
+    config = policy.config
+    environment = make_environment(config.environment)
+    lived = evaluate(policy, environment, seed=config.seed, episodes=5)
+    best = max(lived, key=lambda episode: episode.true_return)
+    return _frames(_drawn(config, [_middle(best, config)])[0], frames)
+
+
+def _middle(episode: EvaluatedEpisode, config: RunConfig) -> tuple[int, Any]:
+    """Seed and states [H, S] of the seconds in an episode's middle."""
+    steps = round(SECONDS / config.step_seconds)
+    start = max(0, len(episode.states) // 2 - steps // 2)
+    return episode.seed, episode.states[start : start + steps]
+
+
+def query_sheet(
+    runs: list[tuple[str, str]], data: DataFolder, sessions: list[int], count: int, path: Path
+) -> Path:
+    """(title, run) → a row for each of the first `count` queries of some sessions, both segments side by side."""
+    rows = [row for title, run_id in runs for row in _asked(title, run_id, data, sessions, count)]
+    return _stacked(rows, path)
+
+
+def _asked(
+    title: str, run_id: str, data: DataFolder, sessions: list[int], count: int
+) -> list[tuple[str, Picture]]:
+    database, store = data.open_database(), data.open_store()
+    with database.read() as session:
+        config = config_of(get_run(session, run_id))
+        asked = session.execute(
+            select(FeedbackSession.index, Query)
+            .join(Query, Query.session_id == FeedbackSession.id)
+            .where(Query.run_id == run_id, FeedbackSession.index.in_(sessions), Query.index < count)
+            .order_by(FeedbackSession.index, Query.index)
+        ).all()
+        pairs = [(index, query.index, query.first, query.second) for index, query in asked]
+    database.close()
+    states = [states_from_bytes(store.read(s.artifact_key, s.checksum)) for *_, a, b in pairs for s in (a, b)]
+    clips = [_frames(clip, ASKED_FRAMES) for clip in _drawn(config, states)]
+    return [
+        (
+            f"{title}, session {index}, query {number}: {_returns(first, second)}",
+            _beside(*clips[2 * row :][:2]),
+        )
+        for row, (index, number, first, second) in enumerate(pairs)
+    ]
+
+
+def _returns(first: Segment, second: Segment) -> str:
+    return " | ".join(
+        "–" if s.true_return is None else f"true return {s.true_return:.1f}" for s in (first, second)
+    )
+
+
+def _drawn(config: RunConfig, segments: list[tuple[int, Any]]) -> list[EncodedClip]:
+    renderer = Renderer(config.environment, CLIPS)
+    try:
+        asked = [renderer.clip(seed, states, config.step_seconds) for seed, states in segments]
+        return [clip.result() for clip in asked]
+    finally:
+        renderer.close()
+
+
+def _frames(clip: EncodedClip, count: int) -> Picture:
+    """Evenly spaced frames of a sprite sheet, side by side: [height, count · width, 3]."""
+    sheet = np.asarray(Image.open(io.BytesIO(clip.data)).convert("RGB"))
+    chosen = np.linspace(0, clip.frames - 1, count).round().astype(int)
+    places = [divmod(int(index), clip.columns) for index in chosen]
+    height, width = clip.height, clip.width
+    return np.hstack([sheet[r * height : (r + 1) * height, c * width : (c + 1) * width] for r, c in places])
+
+
+def _beside(first: Picture, second: Picture) -> Picture:
+    gap = np.full((first.shape[0], 24, 3), 255, np.uint8)
+    return np.hstack([first, gap, second])
+
+
+def _stacked(rows: list[tuple[str, Picture]], path: Path) -> Path:
+    """Every picture under its title."""
+    from matplotlib import pyplot
+
+    if not rows:
+        raise ValueError(f"{path.name}: no run has anything to show yet")
+    aspect = rows[0][1].shape[0] / rows[0][1].shape[1]
+    size = (11, len(rows) * (11 * aspect + 0.35))
+    figure, grid = pyplot.subplots(len(rows), 1, figsize=size, squeeze=False, layout="constrained")
+    for axes, (title, picture) in zip(grid.flat, rows, strict=True):
+        axes.imshow(picture)
+        axes.set_title(title, fontsize=9, loc="left")
+        axes.axis("off")
+    figure.savefig(path, dpi=110)
+    pyplot.close(figure)
+    return path
