@@ -121,8 +121,18 @@ def _choose_kind(tree: dict[str, Any], parents: list[str], path: str, kind: str)
     if kind not in variants:
         raise SettingError(path, f"{kind!r} is unknown; one of {', '.join(variants)}")
     fresh = variants[kind]().model_dump()
-    kept = {name: value for name, value in owner[parents[-1]].items() if name in fresh}
+    before = owner[parents[-1]].items()
+    kept = {name: value for name, value in before if name in fresh and _suits(variants[kind], name, value)}
     owner[parents[-1]] = {**fresh, **kept, "kind": kind}
+
+
+def _suits(model: type[Config], name: str, value: Any) -> bool:
+    """Whether a value can be kept: a task of the suite is none of Meta-world's."""
+    try:
+        model.model_validate({name: value})
+    except ValidationError:
+        return False
+    return True
 
 
 def _part(tree: dict[str, Any], names: list[str], path: str) -> tuple[dict[str, Any], type[Config]]:

@@ -25,7 +25,7 @@ class RunOverview:
     feedback: FeedbackProgress
     queue_position: int | None
     returns: Sequence[tuple[int, float]]
-    """Step and mean true return of every evaluation, in step order."""
+    """Step and mean true return of every evaluation, in step order; none for runs seen as an experiment's."""
 
 
 def overview(session: Session, run_id: str) -> RunOverview:
@@ -50,9 +50,12 @@ def single_overviews(session: Session) -> list[RunOverview]:
 
 
 def experiment_overviews(session: Session, name: str) -> list[RunOverview]:
-    """Those of an experiment, in the order in which they were asked for."""
+    """Those of an experiment, in the order in which they were asked for.
+
+    Without their returns: that can be tens of thousands, and whoever wants them asks for one measure's curves.
+    """
     own = _kept().where(Run.experiment == name)
-    return _overviews(session, _found(session, own.order_by(Run.created_at, Run.id)))
+    return _overviews(session, _found(session, own.order_by(Run.created_at, Run.id)), with_returns=False)
 
 
 def _kept() -> Select[Run]:
@@ -63,9 +66,9 @@ def _found(session: Session, wanted: Select[Run]) -> Sequence[Run]:
     return session.scalars(wanted.options(selectinload(Run.goal_cards))).all()
 
 
-def _overviews(session: Session, runs: Sequence[Run]) -> list[RunOverview]:
-    positions, returns = queue_positions(session), _returns(session, [run.id for run in runs])
-    feedback = feedback_progress_of(session, runs)
+def _overviews(session: Session, runs: Sequence[Run], *, with_returns: bool = True) -> list[RunOverview]:
+    positions, feedback = queue_positions(session), feedback_progress_of(session, runs)
+    returns = _returns(session, [run.id for run in runs]) if with_returns else {}
     return [
         RunOverview(
             run=run,
@@ -73,7 +76,7 @@ def _overviews(session: Session, runs: Sequence[Run]) -> list[RunOverview]:
             goal=run.goal_cards[-1],
             feedback=feedback[run.id],
             queue_position=positions.get(run.id),
-            returns=returns[run.id],
+            returns=returns.get(run.id, []),
         )
         for run in runs
     ]

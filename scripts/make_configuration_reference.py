@@ -15,7 +15,7 @@ TARGET = Path(__file__).parent.parent / "docs" / "configuration.md"
 INTRODUCTION = """\
 # Configuration
 
-<!-- Written by scripts/make_configuration_reference.py; edit the descriptions in labels_db/run_config.py. -->
+<!-- Written by scripts/make_configuration_reference.py; edit the descriptions in labels_db/run_config/. -->
 
 A run is an agent × a reward source × an exploration × a feedback. Every setting has a path, which is how the
 dashboard's form, the API (`settings`) and the command line name it:

@@ -93,7 +93,11 @@ def test_a_run_without_feedback(site: Site) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "suggested", "not_suggested"),
-    [("dmc", "walker-run", "drawer-close"), ("metaworld", "drawer-close", "walker-run"), ("gym", "Ant-v5", "x")],
+    [
+        ("dmc", "walker-run", "drawer-close"),
+        ("metaworld", "drawer-close", "walker-run"),
+        ("gym", "Ant-v5", "x"),
+    ],
 )
 def test_environments_of_the_chosen_family_are_suggested(
     site: Site, kind: str, suggested: str, not_suggested: str

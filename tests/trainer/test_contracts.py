@@ -86,12 +86,14 @@ def test_one_environment_of_each_family(name: str, tmp_path: Path) -> None:
     goes_on_exactly(of_environment(name), tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.contracts
 @pytest.mark.parametrize("name", sorted(catalogue().keys() - ONE_OF_EACH))
 def test_every_environment(name: str, tmp_path: Path) -> None:
     goes_on_exactly(of_environment(name), tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.contracts
 @pytest.mark.parametrize("name", presets())
 def test_every_preset_in_every_profile(name: str, tmp_path: Path) -> None:

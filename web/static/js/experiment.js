@@ -6,28 +6,27 @@ const overlays = new Map();
 
 const curve = ({ steps, values, means }) => new Map(steps.map((step, index) => [step, (values ?? means)[index]]));
 
-const linesOf = ({ methods, results, runs }, task) =>
-  results
-    .filter((result) => result.task === task && result.evaluated)
-    .flatMap((result) => {
-      const place = methods.indexOf(result.method);
-      const seeds = runs.filter((run) => run.task === task && run.method === result.method && run.curve.steps.length);
-      const thin = seeds.length > 1 ? seeds : [];
-      return [
-        ...thin.map((run) => ({ label: run.id, place, curve: curve(run.curve), thin: true })),
-        { label: seeds.length > 1 ? `${result.method}, ${seeds.length} seeds` : result.method, place, curve: curve(result.curve) },
-      ];
-    });
+/** A method's mean, named after it, and under it the seeds that it is the mean of. */
+const linesOf = ({ methods, runs }, { task, method, curve: means }) => {
+  const place = methods.indexOf(method);
+  const seeds = runs.filter((run) => run.task === task && run.method === method && run.curve.steps.length);
+  const mean = { label: method, place, curve: curve(means) };
+  if (seeds.length < 2) return [mean];
+  const thin = seeds.map((run) => ({ label: run.id, place, curve: curve(run.curve), thin: true }));
+  return [...thin, { ...mean, label: `${method}, ${seeds.length} seeds` }];
+};
+
+const draw = (found, task) => {
+  const results = found.results.filter((result) => result.task === task.name && result.evaluated);
+  if (!results.length) return;
+  const steps = Math.max(...found.runs.filter((run) => run.task === task.name).map((run) => run.total_steps));
+  if (!overlays.has(task.name)) overlays.set(task.name, new Overlay(box, task.title));
+  overlays.get(task.name).show(results.flatMap((result) => linesOf(found, result)), steps);
+};
 
 const refresh = async () => {
   const found = await asked(box.dataset.source);
-  for (const task of found.tasks) {
-    const lines = linesOf(found, task.name);
-    if (!lines.length) continue;
-    const steps = Math.max(...found.runs.filter((run) => run.task === task.name).map((run) => run.total_steps));
-    if (!overlays.has(task.name)) overlays.set(task.name, new Overlay(box, task.title));
-    overlays.get(task.name).show(lines, steps);
-  }
+  for (const task of found.tasks) draw(found, task);
   box.querySelector("[data-overlays-none]").hidden = overlays.size > 0;
 };
 
