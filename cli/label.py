@@ -62,8 +62,8 @@ def label_run(
     except ValueError as error:
         raise UsageError(f"--teacher {error}") from error
     client, database = Client(url, access_token(data)), data.open_database()
-    scripted = ScriptedTeacher(config, data.open_store(), _seed(database, run_id))
     client.send("PUT", "/api/labeller", {"name": f"{teacher} (scripted)"})
+    scripted = ScriptedTeacher(config, data.open_store(), _seed(database, run_id))
     given = 0
     for given, lease in enumerate(islice(_leases(client, run_id), answers), start=1):
         time.sleep(seconds)

@@ -134,7 +134,17 @@ def test_presets_and_version() -> None:
         "hopper-backflip",
         "walker-walk-both-legs",
         "cartpole-swingup",
+        "ball_in_cup-catch",
+        "reacher-easy",
         "walker-walk",
+        "cheetah-run",
+        "quadruped-walk",
+        "drawer-close",
+        "window-open",
+        "door-open",
+        "button-press",
+        "sweep-into",
+        "drawer-open",
     ]
     assert pebble("--version").stdout.startswith("pebble ")
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -139,6 +142,19 @@ def test_the_time_limit_truncates() -> None:
     ends = [environment.step(np.zeros(2, np.float32))[2:4] for _ in range(4)]
     assert ends == [*3 * [(False, False)], (False, True)]
     assert environment.get_state().step == 50
+
+
+def test_mujocos_warnings_leave_no_file(tmp_path: Path) -> None:
+    """Half cheetah's model is written in words that MuJoCo calls deprecated."""
+    code = (
+        "from labels_db.run_config import Gymnasium; from trainer.environments import make_environment;"
+        "make_environment(Gymnasium(id='HalfCheetah-v5'))"
+    )
+    path = os.pathsep.join([str(Path(__file__).parents[2]), *sys.path])
+    subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env={**os.environ, "PYTHONPATH": path}, check=True
+    )
+    assert list(tmp_path.iterdir()) == []
 
 
 # Drawing by themselves ---------------------------------------------------------------------------

@@ -71,6 +71,14 @@ def test_clips_are_light(config: EnvironmentConfig) -> None:
         check_light(own.clip(SEED, lived(config, 50), 0.02).result(WAIT))
 
 
+def test_a_model_without_a_sky_has_a_pale_one() -> None:
+    config = Gymnasium(id="InvertedPendulum-v5")
+    with Renderer(config, Clips()) as own:
+        frame = frames(own.clip(SEED, lived(config, 4), 0.04).result(WAIT))[0]
+    assert np.median(frame) > 200
+    assert np.mean(frame.max(axis=-1) < 30) < 0.01
+
+
 def test_a_robot_far_away_looks_the_same() -> None:
     """The floor is endless, and lit alike everywhere."""
     walker = DMControl(task="walker-walk")

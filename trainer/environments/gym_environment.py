@@ -16,11 +16,12 @@ from trainer.environments.gym_task import GymTask
 from trainer.environments.interface import Environment, EnvironmentState, Observation, PhysicsState
 from trainer.environments.json_state import array_from_json, array_to_json
 from trainer.environments.pictured import PictureScene
-from trainer.environments.simulated import SimulatedEnvironment
+from trainer.environments.simulated import SimulatedEnvironment, tell_warnings
 
 
 def registered(id: str, action_repeat: int) -> Environment:
     """The environment of that id, drawn by the renderer if it is MuJoCo's, else by itself."""
+    tell_warnings()
     task = GymTask(id)
     simulated = isinstance(getattr(task.unwrapped, "model", None), mujoco.MjModel)
     return (SimulatedGym if simulated else PicturedGym)(task, action_repeat)

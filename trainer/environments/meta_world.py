@@ -13,7 +13,7 @@ from metaworld.env_dict import ALL_V3_ENVIRONMENTS
 from trainer.environments.episodic import Control
 from trainer.environments.interface import EnvironmentState, Observation, PhysicsState
 from trainer.environments.json_state import array_from_json, array_to_json
-from trainer.environments.simulated import SimulatedEnvironment
+from trainer.environments.simulated import SimulatedEnvironment, tell_warnings
 
 VERSION = "-v3"
 AWAY = 10.0  # metres: where Meta-world keeps the mark of a goal that is not this task's
@@ -86,6 +86,7 @@ def build(task: str, *, goal_visible: bool) -> Any:
     if task + VERSION not in ALL_V3_ENVIRONMENTS:
         known = ", ".join(name.removesuffix(VERSION) for name in ALL_V3_ENVIRONMENTS)
         raise ValueError(f"metaworld:{task}: unknown task; one of {known}")
+    tell_warnings()
     env: Any = ALL_V3_ENVIRONMENTS[task + VERSION](reward_function_version="v2")
     env._freeze_rand_vec, env.seeded_rand_vec, env._set_task_called = False, True, True
     env._partially_observable = not goal_visible

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from abc import abstractmethod
 from typing import Any
 
@@ -12,6 +13,11 @@ from trainer.environments.episodic import EpisodicEnvironment
 from trainer.environments.interface import PhysicsState
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+def tell_warnings() -> None:
+    """Have MuJoCo's warnings in the log, not in a file wherever the process runs (MUJOCO_LOG.TXT)."""
+    mujoco.set_mju_user_warning(logging.getLogger("mujoco").info)
 
 
 class SimulatedEnvironment(EpisodicEnvironment):

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trainer.environments import PhysicsState, Scene
-from trainer.rendering import stage
+from trainer.rendering import paint, stage
 from trainer.rendering.framing import FIELD_OF_VIEW, Framing, framing
 from trainer.rendering.meshes import coarse_meshes
 from trainer.rendering.sheet import Frame
@@ -53,8 +53,8 @@ class Painter:
         stage.settle_ground(model, scene)
         stage.light(scene, centre, self._framing.distance)
         frame: Frame = self._renderer.render()
-        if not stage.has_sky(model):
-            stage.lighten_sky(frame)
+        if not paint.has_sky(model):
+            paint.lighten_sky(frame)
         return frame
 
     def close(self) -> None:
