@@ -26,6 +26,11 @@ RELABELS = (True, False)
 TEACHERS = tuple(KINDS)
 ALL_SCHEMES = tuple(config().kind for config in SCHEMES)
 
+PENDULUM = {  # the cheapest to simulate: 50 steps an episode, 5 a second
+    "environment__kind": "gym",
+    "environment__id": "Pendulum-v1",
+    "environment__action_repeat": 4,
+}
 PPO = {
     "agent.kind": "ppo",
     "agent.depth": "1",
@@ -59,15 +64,17 @@ def test_a_combination_runs_to_its_end(
     tmp_path: Path, teacher: str, scheme: str, agent: str, relabel: bool
 ) -> None:
     config = small_config(
-        environment__action_repeat=16,
+        **PENDULUM,
         feedback__teacher__kind=teacher,
         feedback__scheme__kind=scheme,
         reward__relabel=relabel,
         reward__max_epochs=1,
         evaluation__every=1000,
         evaluation__episodes=1,
-        total_steps=480,
-        feedback__steps_between=80,
+        exploration__seed_steps=60,
+        exploration__explore_steps=70,
+        total_steps=330,
+        feedback__steps_between=40,
     )
     if agent == "ppo":
         config = with_settings(config, PPO)
@@ -91,10 +98,11 @@ METHODS = (
 )
 SMALL_PPO = {"agent.rollout_steps": "30", "environments": "3", "evaluation.every": "400", "agent.epochs": "2"}
 SMALL = {
-    "environment.action_repeat": "8",
+    **{path.replace("__", "."): str(value) for path, value in PENDULUM.items()},
     "agent.width": "16",
     "agent.batch_size": "16",
-    "total_steps": "900",
+    "total_steps": "700",
+    "evaluation.every": "400",
     "evaluation.episodes": "1",
     "evaluation.video": "none",
 }
@@ -104,7 +112,7 @@ SMALL_FEEDBACK = {
     "reward.max_epochs": "3",
     "feedback.budget": "12",
     "feedback.queries_per_session": "4",
-    "feedback.steps_between": "150",
+    "feedback.steps_between": "100",
 }
 
 

@@ -168,6 +168,7 @@ def test_a_run_started_from_the_form_learns_from_the_keys_pressed(
         "feedback.budget": 8,
         "feedback.queries_per_session": 4,
         "feedback.steps_between": 400,
+        "feedback.patience_steps": 100,  # however slow the machine, training waits for the person
         "exploration.seed_steps": 300,
         "exploration.explore_steps": 300,
         "agent.width": 32,
