@@ -26,7 +26,7 @@ RELABELS = (True, False)
 TEACHERS = tuple(KINDS)
 ALL_SCHEMES = tuple(config().kind for config in SCHEMES)
 
-PENDULUM = {  # the cheapest to simulate: 50 steps an episode, 5 a second
+PENDULUM: dict[str, Any] = {  # the cheapest to simulate: 50 steps an episode, 5 a second
     "environment__kind": "gym",
     "environment__id": "Pendulum-v1",
     "environment__action_repeat": 4,
