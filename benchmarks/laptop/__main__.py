@@ -81,7 +81,7 @@ def plot(runs: list[dict[str, Any]]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=Path("data/laptop"))
+    parser.add_argument("--data", type=Path, default=RESULTS / "laptop")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--parallel", type=int, default=2)
     chosen = parser.parse_args()
