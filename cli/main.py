@@ -107,7 +107,9 @@ def token(
 def train(
     preset: Annotated[str, typer.Argument(help="A preset, as `pebble presets` lists them.")],
     data: Data,
-    profile: Annotated[str | None, typer.Option(help="laptop or paper, as the preset has them.")] = None,
+    profile: Annotated[
+        str | None, typer.Option(help="laptop, paper, public or few-labels, as the preset has them.")
+    ] = None,
     teacher: Annotated[str | None, typer.Option(help="Who answers: human, or a scripted teacher.")] = None,
     method: Annotated[
         str | None, typer.Option(help="How it learns, as `pebble methods` lists; pebble by default.")

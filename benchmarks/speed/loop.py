@@ -42,7 +42,8 @@ class Stepper:
         config = with_settings(config, {"precision": precision, "exploration.seed_steps": str(LIVED)})
         config = config.model_copy(update={"threads": torch.get_num_threads()})
         if plain:
-            exploration.neighbour_distance = plain_neighbour_distance  # type: ignore[attr-defined]
+            # Where it is imported to, since that is what exploration calls.
+            vars(exploration)["neighbour_distance"] = plain_neighbour_distance
         self.training = assemble(
             config,
             feedback=RecordedFits([]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from labels_db.presets.preset import Preset, Profiles, Settings
+from labels_db.presets.preset import FewLabels, Preset, Profiles, Settings
 from labels_db.run_config import (
     SAC,
     DMControl,
@@ -18,15 +18,6 @@ from labels_db.run_config import (
 
 
 @dataclass(frozen=True)
-class _Few:
-    """Settings of the comparison with few labels (labels, M, K)."""
-
-    budget: int
-    queries: int
-    steps_between: int
-
-
-@dataclass(frozen=True)
 class _Task:
     name: str
     rate: float
@@ -34,7 +25,7 @@ class _Task:
     public_rate: float
     queries: int
     total_steps: int
-    few: _Few
+    few: FewLabels
     ppo: Settings
     ppo_queries: int
 
@@ -46,7 +37,7 @@ TASKS = (
         public_rate=5e-4,
         queries=140,
         total_steps=500_000,
-        few=_Few(100, 10, 20_000),
+        few=FewLabels(100, 10, 20_000, 500_000),
         ppo={
             "agent.learning_rate": "5e-5",
             "agent.rollout_steps": "100",
@@ -61,7 +52,7 @@ TASKS = (
         public_rate=5e-4,
         queries=140,
         total_steps=1_000_000,
-        few=_Few(100, 10, 20_000),
+        few=FewLabels(100, 10, 20_000, 1_000_000),
         ppo={
             "agent.learning_rate": "5e-5",
             "agent.rollout_steps": "100",
@@ -76,7 +67,7 @@ TASKS = (
         public_rate=1e-4,
         queries=70,
         total_steps=1_000_000,
-        few=_Few(1000, 100, 30_000),
+        few=FewLabels(1000, 100, 30_000, 1_000_000),
         ppo={
             "agent.learning_rate": "1e-4",
             "agent.rollout_steps": "500",
@@ -95,14 +86,11 @@ def locomotion() -> Iterator[Preset]:
 
 def _profiles(task: _Task) -> Profiles:
     public = _as_published(task, rate=task.public_rate, transform="distance", tie="first")
-    few, feedback = task.few, public.feedback
-    assert isinstance(feedback, Sessions)
-    fewer = {"budget": few.budget, "queries_per_session": few.queries, "steps_between": few.steps_between}
     return {
         "laptop": _laptop(task),
         "paper": _as_published(task, rate=task.rate, transform="log", tie="equal"),
         "public": public,
-        "few-labels": public.model_copy(update={"feedback": feedback.model_copy(update=fewer)}),
+        "few-labels": task.few.of(public),
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from labels_db.presets.preset import Preset, Profiles, Settings
+from labels_db.presets.preset import FewLabels, Preset, Profiles, Settings
 from labels_db.run_config import (
     SAC,
     Evaluation,
@@ -19,29 +19,19 @@ from labels_db.run_config import (
 
 
 @dataclass(frozen=True)
-class _Few:
-    """Settings of the comparison with few labels (labels, M, K, steps)."""
-
-    budget: int
-    queries: int
-    steps_between: int
-    total_steps: int
-
-
-@dataclass(frozen=True)
 class _Task:
     name: str
     budget: int
     queries: int
     steps_between: int
-    few: _Few | None = None
+    few: FewLabels | None = None
 
 
 TASKS = (
     _Task("drawer-close", 10_000, 64, 2400),
-    _Task("window-open", 10_000, 64, 2400, _Few(400, 10, 5000, 500_000)),
-    _Task("door-open", 10_000, 64, 2400, _Few(3000, 30, 5000, 1_000_000)),
-    _Task("button-press", 10_000, 64, 2400, _Few(2000, 25, 5000, 1_000_000)),
+    _Task("window-open", 10_000, 64, 2400, FewLabels(400, 10, 5000, 500_000)),
+    _Task("door-open", 10_000, 64, 2400, FewLabels(3000, 30, 5000, 1_000_000)),
+    _Task("button-press", 10_000, 64, 2400, FewLabels(2000, 25, 5000, 1_000_000)),
     _Task("sweep-into", 50_000, 128, 4800),
     _Task("drawer-open", 50_000, 128, 4800),
 )
@@ -59,13 +49,7 @@ def _profiles(task: _Task) -> Profiles:
         "paper": _as_published(task, segment_steps=10, transform="log", tie="equal"),
         "public": public,
     }
-    return published if task.few is None else {**published, "few-labels": _fewer(public, task.few)}
-
-
-def _fewer(public: RunConfig, few: _Few) -> RunConfig:
-    changes = {"budget": few.budget, "queries_per_session": few.queries, "steps_between": few.steps_between}
-    feedback = public.feedback.model_copy(update=changes)
-    return public.model_copy(update={"feedback": feedback, "total_steps": few.total_steps})
+    return published if task.few is None else {**published, "few-labels": task.few.of(public)}
 
 
 def _as_published(task: _Task, *, segment_steps: int, transform: str, tie: str) -> RunConfig:

@@ -62,6 +62,26 @@ class Preset:
         return chosen
 
 
+@dataclass(frozen=True)
+class FewLabels:
+    """Settings of the comparison with few labels: answers in all, M, K and steps."""
+
+    budget: int
+    queries: int
+    steps_between: int
+    total_steps: int
+
+    def of(self, public: RunConfig) -> RunConfig:
+        """The public code's configuration with these."""
+        changes = {
+            "budget": self.budget,
+            "queries_per_session": self.queries,
+            "steps_between": self.steps_between,
+        }
+        feedback = public.feedback.model_copy(update=changes)
+        return public.model_copy(update={"feedback": feedback, "total_steps": self.total_steps})
+
+
 LAPTOP_PPO: Settings = {
     "agent.kind": "ppo",
     "agent.width": "256",

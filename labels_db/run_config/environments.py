@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator
 
@@ -14,45 +14,44 @@ ActionRepeat = Annotated[
 ]
 
 
-class DMControl(Config):
+class InCatalogue(Config):
+    """An environment that the catalogue knows as `kind:what`, where `what` is the value of one field."""
+
+    what: ClassVar[str] = "task"
+
+    @field_validator("task", "behaviour", "id", "environment", check_fields=False)
+    @classmethod
+    def _is_known(cls, what: str) -> str:
+        entry(f"{cls.model_fields['kind'].default}:{what}")
+        return what
+
+    @property
+    def name(self) -> str:
+        """As in `dmc:walker-walk`."""
+        kind = type(self).model_fields["kind"].default
+        return f"{kind}:{getattr(self, self.what)}"
+
+
+class DMControl(InCatalogue):
     """A task of the dm_control suite, with its own reward."""
 
     kind: Literal["dmc"] = "dmc"
     task: str = Field("walker-walk", description="Domain and task of the suite, as in walker-walk.")
     action_repeat: ActionRepeat = 1
 
-    @field_validator("task")
-    @classmethod
-    def _is_known(cls, task: str) -> str:
-        entry(f"dmc:{task}")
-        return task
 
-    @property
-    def name(self) -> str:
-        return f"dmc:{self.task}"
-
-
-class Behaviour(Config):
+class Behaviour(InCatalogue):
     """A wish put as a reward over the simulator, for scripted teachers to stand in for a person."""
 
+    what: ClassVar[str] = "behaviour"
     kind: Literal["behaviour"] = "behaviour"
     behaviour: str = Field(
         "cartpole-windmill-clockwise", description="Which behaviour, as in cartpole-windmill-clockwise."
     )
     action_repeat: ActionRepeat = 1
 
-    @field_validator("behaviour")
-    @classmethod
-    def _is_known(cls, behaviour: str) -> str:
-        entry(f"behaviour:{behaviour}")
-        return behaviour
 
-    @property
-    def name(self) -> str:
-        return f"behaviour:{self.behaviour}"
-
-
-class MetaWorld(Config):
+class MetaWorld(InCatalogue):
     """A manipulation task of Meta-world, its reset and goal drawn anew every episode."""
 
     kind: Literal["metaworld"] = "metaworld"
@@ -60,52 +59,29 @@ class MetaWorld(Config):
     goal_visible: bool = Field(False, description="Whether observations hold the goal; no in the paper.")
     action_repeat: ActionRepeat = 1
 
-    @field_validator("task")
-    @classmethod
-    def _is_known(cls, task: str) -> str:
-        entry(f"metaworld:{task}")
-        return task
 
-    @property
-    def name(self) -> str:
-        return f"metaworld:{self.task}"
-
-
-class Gymnasium(Config):
+class Gymnasium(InCatalogue):
     """Any environment registered with Gymnasium that takes continuous actions."""
 
+    what: ClassVar[str] = "id"
     kind: Literal["gym"] = "gym"
     id: str = Field("Hopper-v5", description="What Gymnasium knows it by, as in Hopper-v5.")
     action_repeat: ActionRepeat = 1
 
-    @field_validator("id")
-    @classmethod
-    def _is_known(cls, id: str) -> str:
-        entry(f"gym:{id}")
-        return id
 
-    @property
-    def name(self) -> str:
-        return f"gym:{self.id}"
-
-
-class InstalledEnvironment(Config):
+class InstalledEnvironment(InCatalogue):
     """An environment that an installed package offers."""
 
+    what: ClassVar[str] = "environment"
     kind: Literal["installed"] = "installed"
     environment: str = Field("", description="What the package calls it.")
     action_repeat: ActionRepeat = 1
 
     @field_validator("environment")
     @classmethod
-    def _is_known(cls, environment: str) -> str:
-        if environment:
-            entry(f"installed:{environment}")
-        return environment
-
-    @property
-    def name(self) -> str:
-        return f"installed:{self.environment}"
+    def _is_known(cls, what: str) -> str:
+        """None is named to begin with: there may be none installed."""
+        return super()._is_known(what) if what else what
 
 
 EnvironmentConfig = Annotated[

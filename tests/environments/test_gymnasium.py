@@ -117,13 +117,13 @@ def test_what_cannot_be_learned_in_is_refused_with_the_reason(id: str, reason: s
 
 
 def test_actions_are_rescaled_and_observations_flat() -> None:
-    environment = started(gym("tests/Cart-v0"))
+    environment: Any = started(gym("tests/Cart-v0"))  # whose insides are looked at
     observation, *_ = environment.step(np.array([0.5, 0.25], np.float32))
     assert observation.shape == (5,)
-    assert environment._task.unwrapped.pushed == 0.5  # type: ignore[attr-defined]  # no upper limit: taken as it is
-    pendulum = started(Gymnasium(id="Pendulum-v1"))
+    assert environment._task.unwrapped.pushed == 0.5  # no upper limit: taken as it is
+    pendulum: Any = started(Gymnasium(id="Pendulum-v1"))
     pendulum.step(np.array([0.5], np.float32))
-    assert pendulum._task.unwrapped.last_u == 1.0  # type: ignore[attr-defined]  # of at most 2
+    assert pendulum._task.unwrapped.last_u == 1.0  # of at most 2
 
 
 def test_an_episode_can_end_early_and_must_then_be_reset() -> None:
@@ -166,11 +166,11 @@ def moment(environment: Environment, steps: int) -> Any:
 
 
 def test_an_environment_in_python_is_drawn_from_its_numbers() -> None:
-    environment = started(gym("tests/Cart-v0"))
+    environment: Any = started(gym("tests/Cart-v0"))  # whose insides are looked at
     before, after = moment(environment, 0), moment(environment, 9)
     scene: Any = environment.scene
     scene.restore(3, after)
-    assert (scene.picture() == environment._task.unwrapped.render()).all()  # type: ignore[attr-defined]
+    assert (scene.picture() == environment._task.unwrapped.render()).all()
     scene.restore(3, before)
     assert scene.picture()[0, 0, 0] == 0  # not pushed yet: None, as it was
     with pytest.raises(ValueError, match=r"shape \(7,\), but a state of tests/Cart-v0 has shape \(3,\)"):

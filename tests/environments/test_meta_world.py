@@ -19,9 +19,9 @@ GOAL = slice(36, 39)
 LOADED = "import sys; print([m for m in ('OpenGL', 'mujoco.egl', 'pygame', 'torch') if m in sys.modules])"
 
 
-def task_of(environment: Environment) -> Any:
+def task_of(environment: Any) -> Any:
     """Meta-world's own environment inside ours."""
-    return environment._env  # type: ignore[attr-defined]
+    return environment._env
 
 
 def success(environment: Environment, policy: Any, seed: int) -> float:

@@ -8,7 +8,7 @@ from labels_db.catalogue import catalogue, entry
 from labels_db.estimate import estimate_bytes
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named, presets
-from labels_db.run_config import RunConfig
+from labels_db.run_config import SAC, RunConfig, Sessions
 
 PROFILES = [
     pytest.param(config, id=f"{name}-{profile}")
@@ -47,6 +47,64 @@ def test_behaviours_ask_a_person_as_often_as_in_the_paper(name: str, answers: in
     config = preset_named(name).config()
     assert config.asks_people
     assert config.budget == answers
+
+
+@pytest.mark.parametrize(
+    ("name", "rate", "width", "batch", "asked", "every", "budget", "segment", "steps"),
+    [
+        ("walker-walk", 5e-4, 1024, 1024, 140, 20_000, 1400, 50, 500_000),
+        ("cheetah-run", 1e-3, 1024, 1024, 140, 20_000, 1400, 50, 1_000_000),
+        ("quadruped-walk", 1e-4, 1024, 1024, 70, 20_000, 1400, 50, 1_000_000),
+        ("drawer-close", 3e-4, 256, 512, 64, 2400, 10_000, 10, 1_000_000),
+        ("window-open", 3e-4, 256, 512, 64, 2400, 10_000, 10, 1_000_000),
+        ("door-open", 3e-4, 256, 512, 64, 2400, 10_000, 10, 1_000_000),
+        ("button-press", 3e-4, 256, 512, 64, 2400, 10_000, 10, 1_000_000),
+        ("sweep-into", 3e-4, 256, 512, 128, 4800, 50_000, 10, 1_000_000),
+        ("drawer-open", 3e-4, 256, 512, 128, 4800, 50_000, 10, 1_000_000),
+    ],
+)
+def test_profile_paper_is_the_papers_tables(
+    name: str,
+    rate: float,
+    width: int,
+    batch: int,
+    asked: int,
+    every: int,
+    budget: int,
+    segment: int,
+    steps: int,
+) -> None:
+    config = preset_named(name).config("paper")
+    agent, feedback = config.agent, config.feedback
+    assert isinstance(agent, SAC)
+    assert isinstance(feedback, Sessions)
+    assert (agent.learning_rate, agent.width, agent.batch_size) == (rate, width, batch)
+    assert agent.temperature_learning_rate == 1e-4
+    assert (feedback.queries_per_session, feedback.steps_between) == (asked, every)
+    assert (feedback.budget, config.segment_steps, config.total_steps) == (budget, segment, steps)
+    assert (feedback.scheme.kind, config.exploration.ends_at) == ("entropy", 10_000)
+    assert config.environment.action_repeat == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "budget", "asked", "every", "steps"),
+    [
+        ("walker-walk", 100, 10, 20_000, 500_000),
+        ("cheetah-run", 100, 10, 20_000, 1_000_000),
+        ("quadruped-walk", 1000, 100, 30_000, 1_000_000),
+        ("door-open", 3000, 30, 5000, 1_000_000),
+        ("window-open", 400, 10, 5000, 500_000),
+        ("button-press", 2000, 25, 5000, 1_000_000),
+    ],
+)
+def test_profile_few_labels_is_what_later_papers_compare_with(
+    name: str, budget: int, asked: int, every: int, steps: int
+) -> None:
+    config = preset_named(name).config("few-labels")
+    feedback = config.feedback
+    assert isinstance(feedback, Sessions)
+    assert (feedback.budget, feedback.queries_per_session, feedback.steps_between) == (budget, asked, every)
+    assert config.total_steps == steps
 
 
 @pytest.mark.parametrize(

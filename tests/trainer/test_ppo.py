@@ -154,9 +154,11 @@ def test_beginning_anew_keeps_the_policy_and_forgets_the_values() -> None:
     for _ in range(2):
         live(learner, T)
         learner.learn(None, N)
+    live(learner, 3)  # in the middle of the next rollout
     seen = np.ones((N, D), np.float32)
     actions, values = learner.act(seen, explore=False), learner._values(seen)
     learner.begin_anew(100)
+    assert learner.rollout.filled == 0  # its values were the old network's
     np.testing.assert_array_equal(learner.act(seen, explore=False), actions)
     assert np.abs(learner._values(seen) - values).min() > 1e-4
     assert learner.state()["optimizer"] == {}

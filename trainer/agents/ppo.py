@@ -94,13 +94,17 @@ class PPOAgent:
         return self.config.clip_range * (remaining if self.config.clip_schedule == "linear" else 1.0)
 
     def begin_anew(self, updates: int) -> None:
-        """A new value network and a new optimiser; the policy stays. On-policy there is nothing to update on."""
+        """A new value network and a new optimiser; the policy stays.
+
+        The unfinished rollout goes too, since its values are those of the old network; without one there is
+        nothing to update on.
+        """
         del updates
         old = self._library
         self._library = self._new_library(old.device)
         kept = {name: weights for name, weights in old.policy.state_dict().items() if _of_the_policy(name)}
         self._library.policy.load_state_dict({**self._library.policy.state_dict(), **kept})
-        self._keep_noise(self._noise(old))
+        self.rollout.filled = 0
 
     # Acting and remembering ----------------------------------------------------------------------
 
