@@ -12,10 +12,11 @@ from labels_db.records import fits_of, rewind
 from labels_db.run_config import Asking, Human, NoFeedback, RunConfig, StateEntropy
 from labels_db.runs import Claim
 from labels_db.storage import ArtifactStore
-from trainer.agents import make_agent
+from trainer.agents.registry import make_agent
 from trainer.asking import Asker
 from trainer.checkpoints import Checkpoints
 from trainer.collector import Collector
+from trainer.devices import choose_device
 from trainer.environments import make_environment
 from trainer.episodes import EpisodePool
 from trainer.event_files import EventFiles
@@ -34,15 +35,6 @@ from trainer.shelf import Shelf
 from trainer.teachers import ScriptedTeacher
 from trainer.training import Training, Upkeep
 from trainer.upkeep import RecordedUpkeep
-
-
-def choose_device(config: RunConfig) -> torch.device:
-    """The configured device; `auto` is the GPU where there is one."""
-    if config.device == "auto":
-        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    if config.device == "cuda" and not torch.cuda.is_available():
-        raise ValueError("device 'cuda': this machine has no GPU that PyTorch can use; set device to 'auto'")
-    return torch.device(config.device)
 
 
 def assemble(

@@ -20,33 +20,39 @@ TRANSFORMS: dict[str, Callable[[Tensor], Tensor]] = {
 
 
 class RunningDeviation:
-    """Standard deviation of everything seen so far, by Chan's pairwise update of the moments."""
+    """Standard deviation of everything seen so far, by Chan's pairwise update of the moments.
 
-    def __init__(self) -> None:
+    The moments stay on the device: on a GPU nobody waits for them.
+    """
+
+    def __init__(self, device: torch.device | str = "cpu") -> None:
         self.count = 0
-        self.mean = 0.0
-        self.squares = 0.0
+        self.mean, self.squares = torch.zeros(2, dtype=torch.float64, device=device)
 
     def update(self, values: Tensor) -> None:
-        count, mean = values.numel(), float(values.mean())
-        squares = float(((values - mean) ** 2).sum())
+        count, values = values.numel(), values.double()
+        mean = values.mean()
         total = self.count + count
         shift = mean - self.mean
-        self.squares += squares + shift**2 * self.count * count / total
-        self.mean += shift * count / total
+        self.squares = self.squares + (values - mean).square().sum() + shift**2 * (self.count * count / total)
+        self.mean = self.mean + shift * (count / total)
         self.count = total
 
     @property
-    def value(self) -> float:
+    def value(self) -> Tensor:
         """Population deviation; 1 until two different values have been seen."""
-        variance = self.squares / self.count if self.count else 0.0
-        return float(variance**0.5) if variance > 0 else 1.0
+        variance = self.squares / max(self.count, 1)
+        return torch.where(variance > 0, variance.sqrt(), 1.0)
 
     def state(self) -> dict[str, Any]:
         return dict(vars(self))
 
     def load(self, state: dict[str, Any]) -> None:
-        vars(self).update(state)
+        self.count = state["count"]
+        self.mean, self.squares = (
+            torch.as_tensor(state[name], dtype=torch.float64, device=self.mean.device)
+            for name in ("mean", "squares")
+        )
 
 
 class StateEntropyReward:
@@ -58,7 +64,7 @@ class StateEntropyReward:
     def __init__(self, config: StateEntropy, buffer: ReplayBuffer, randomness: Randomness) -> None:
         self.config = config
         self.buffer = buffer
-        self.deviation = RunningDeviation()
+        self.deviation = RunningDeviation(buffer.device)
         self._choosing = randomness.torch("states compared", buffer.device)
 
     def __call__(self, batch: Batch) -> Tensor:

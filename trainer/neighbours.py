@@ -26,11 +26,11 @@ def neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: int) -> 
     """L2 distance from each query [B, D] to its k-th nearest among states [N, D] but itself: [B].
 
     `own` [B] is the row at which a query itself is among the states, −1 where it is not. With no more than k
-    others the farthest stands in.
+    others the farthest stands in. On a GPU the plain search is fast enough, and waits for nothing.
     """
     k = max(1, min(k, len(states) - 1))
     groups = k + 1 + SPARE
-    if len(states) < 2 * GROUP * groups:
+    if states.is_cuda or len(states) < 2 * GROUP * groups:
         return plain_neighbour_distance(queries, own, states, k)
     sieve = _sieve(queries, states, groups)
     distance = _exact(queries, own, states, sieve.members, k)
@@ -44,8 +44,8 @@ def plain_neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: in
     """The same by every difference of every pair: the reference."""
     k = max(1, min(k, len(states) - 1))
     distance = torch.cdist(queries, states, compute_mode="donot_use_mm_for_euclid_dist")
-    known = torch.nonzero(own >= 0)[:, 0]
-    distance[known, own[known]] = torch.inf
+    place = own.clamp(min=0)[:, None]
+    distance.scatter_(1, place, distance.gather(1, place).masked_fill_(own[:, None] >= 0, torch.inf))
     return _kth_least(distance, k)
 
 

@@ -12,7 +12,7 @@ from labels_db.database import Database
 from labels_db.run_config import RunConfig
 from labels_db.runs import Claim, config_of, get_run
 from labels_db.storage import ArtifactStore
-from trainer.agents import policy_layers
+from trainer.agents.registry import policy_layers
 from trainer.checkpoints import CheckpointError, Checkpoints
 from trainer.policy_layers import PolicyLayer, roll_out
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
-from trainer.collector import Transitions
+from trainer.devices import on_device
+
+if TYPE_CHECKING:
+    from trainer.collector import Transitions
 
 RewardFunction = Callable[[Tensor], Tensor]
 """Observation and action joined, [B, D + A] → reward [B]."""
@@ -60,11 +63,14 @@ class ReplayBuffer:
     def __len__(self) -> int:
         return min(self.added, self.capacity)
 
-    def remember(self, transitions: Transitions, rewards: NDArray[np.float32]) -> None:
+    def remember(self, transitions: Transitions, rewards: Tensor) -> None:
         """Append one step of N environments with its rewards [N]."""
-        lived = transitions
-        columns = (lived.observations, lived.actions, rewards, lived.next_observations, lived.terminated)
-        self.add(*(torch.as_tensor(column, device=self.device) for column in columns))
+        lived, blank = transitions, np.zeros((len(rewards), 1), np.float32)
+        going_on = ~lived.terminated[:, None]
+        columns = (lived.observations, lived.actions, blank, lived.next_observations, going_on)
+        rows = on_device(np.concatenate(columns, 1, dtype=np.float32), self.device)
+        self._columns(rows)[2].copy_(rewards)
+        self._append(rows)
 
     def add(
         self,
@@ -75,14 +81,17 @@ class ReplayBuffer:
         terminated: Tensor,
     ) -> None:
         """Append N transitions, given as [N, …]."""
-        count = len(reward)
-        rows = torch.arange(self.added, self.added + count, device=self.device) % self.capacity
-        self.observation[rows] = observation
-        self.action[rows] = action
-        self.reward[rows] = reward
-        self.next_observation[rows] = next_observation
-        self.not_terminated[rows] = 1.0 - terminated.float()
-        self.added += count
+        going_on = 1.0 - terminated.float()
+        self._append(
+            torch.cat([observation, action, reward[:, None], next_observation, going_on[:, None]], 1)
+        )
+
+    def _append(self, rows: Tensor) -> None:
+        start = self.added % self.capacity
+        until_the_end = rows[: self.capacity - start]
+        self.table[start : start + len(until_the_end)] = until_the_end
+        self.table[: len(rows) - len(until_the_end)] = rows[len(until_the_end) :]
+        self.added += len(rows)
 
     def sample(self, size: int, generator: torch.Generator) -> Batch:
         """Uniform with replacement."""

@@ -18,8 +18,8 @@ from trainer.passes import Passes, Room
 from trainer.randomness import Randomness
 
 LEAKY_SLOPE = 0.01
-LAYER_BYTES = 1 << 21
-"""What one layer of all members may take at a time: all layers together then stay in a processor's cache."""
+LAYER_BYTES = {"cpu": 1 << 21, "cuda": 1 << 28}
+"""What one layer of all members may take at a time: all together then stay in a processor's cache, or fill a GPU."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class RewardModel:
         self.optimizer = FlatAdam((self.members.flat, config.learning_rate))
         self._passes = Passes(self.members, precision, Room(device))
         bytes_per_row = config.members * config.width * torch.empty(0, dtype=precision).element_size()
-        self._rows = max(64, LAYER_BYTES // bytes_per_row)
+        self._rows = max(64, LAYER_BYTES[device.type] // bytes_per_row)
 
     # What it says --------------------------------------------------------------------------------
 

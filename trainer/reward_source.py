@@ -6,18 +6,19 @@ from typing import Any, Protocol
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
+from torch import Tensor
 
 from labels_db.run_config import LearnedReward, RunConfig, TrueReward
 from trainer.collector import Transitions
+from trainer.devices import on_device
 from trainer.precision import product_precision
 from trainer.randomness import Randomness
 from trainer.reward_model import RewardModel
 
 
 class RewardSource(Protocol):
-    def of(self, transitions: Transitions) -> NDArray[np.float32]:
-        """The reward to remember with each new transition, [N]."""
+    def of(self, transitions: Transitions) -> Tensor:
+        """The reward to remember with each new transition, [N]; a GPU may still be at it."""
 
     def state(self) -> dict[str, Any]: ...
 
@@ -27,8 +28,8 @@ class RewardSource(Protocol):
 class EnvironmentReward:
     """The task's own reward."""
 
-    def of(self, transitions: Transitions) -> NDArray[np.float32]:
-        return transitions.true_rewards
+    def of(self, transitions: Transitions) -> Tensor:
+        return torch.from_numpy(transitions.true_rewards)
 
     def state(self) -> dict[str, Any]:
         return {}
@@ -43,11 +44,9 @@ class ModelReward:
     def __init__(self, model: RewardModel) -> None:
         self.model = model
 
-    def of(self, transitions: Transitions) -> NDArray[np.float32]:
+    def of(self, transitions: Transitions) -> Tensor:
         inputs = np.concatenate([transitions.observations, transitions.actions], -1)
-        given = torch.as_tensor(inputs, device=self.model.device)
-        rewards: NDArray[np.float32] = self.model(given).cpu().numpy()
-        return rewards
+        return self.model(on_device(inputs, self.model.device))
 
     def state(self) -> dict[str, Any]:
         return self.model.state()

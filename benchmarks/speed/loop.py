@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import torch
 
 from benchmarks.speed.tasks import PlainRewardModel
@@ -37,8 +39,17 @@ class Interrupting(NoUpkeep):
 class Stepper:
     """Each call is one step of the loop."""
 
-    def __init__(self, preset: str, *, exploring: bool, precision: str, plain: bool) -> None:
-        config = preset_named(preset).config()
+    def __init__(
+        self,
+        preset: str,
+        *,
+        exploring: bool,
+        precision: str,
+        plain: bool = False,
+        profile: str | None = None,
+        device: torch.device = CPU,
+    ) -> None:
+        config = preset_named(preset).config(profile)
         config = with_settings(config, {"precision": precision, "exploration.seed_steps": str(LIVED)})
         config = config.model_copy(update={"threads": torch.get_num_threads()})
         if plain:
@@ -50,7 +61,7 @@ class Stepper:
             answered=None,
             journal=SilentJournal(),
             upkeep=Interrupting(),
-            device=CPU,
+            device=device,
         )
         for _ in range(LIVED):
             self()
@@ -67,3 +78,9 @@ class Stepper:
             self.training.train()
         except OneStepDone:
             return
+
+
+def stepping_alone(stepper: Stepper) -> Callable[[], object]:
+    """The same environment under random actions: what the loop cannot be faster than."""
+    training = stepper.training
+    return lambda: training.collector.step(training.random_actions(), training.step)

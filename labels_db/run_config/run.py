@@ -61,7 +61,7 @@ class RunConfig(Config):
     )
     precision: Literal["float32", "auto"] = Field(
         "float32",
-        description="Large products of matrices on a CPU; auto takes bfloat16 where the processor is fast at it.",
+        description="Large products of matrices; auto takes bfloat16 where the device is fast at it.",
     )
     threads: int = Field(1, ge=1, le=256, description="Threads of the trainer's arithmetic on the CPU.")
 

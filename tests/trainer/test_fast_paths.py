@@ -150,7 +150,7 @@ def agent(
     for _ in range(50):
         rows = [rng.normal(size=(1, n)).astype(np.float32) for n in (observation, action, observation)]
         reward = rng.normal(size=1).astype(np.float32)
-        made.observe(lived(rows[0], np.tanh(rows[1]), rows[2], rng.random(1) < 0.2), reward)
+        made.observe(lived(rows[0], np.tanh(rows[1]), rows[2], rng.random(1) < 0.2), torch.from_numpy(reward))
     return made
 
 
@@ -336,7 +336,6 @@ def test_the_gradient_of_a_fit_is_that_of_the_loss(parts: int, smoothing: float)
 def test_rounding_is_chosen_where_it_pays(
     monkeypatch: pytest.MonkeyPatch, wanted: str, fast: bool, width: int, expected: torch.dtype
 ) -> None:
-    monkeypatch.setattr(precision, "processor_is_fast_in_bfloat16", lambda: fast)
+    monkeypatch.setattr(precision, "fast_in_bfloat16", lambda _: fast)
     config = RunConfig.model_validate({"precision": wanted})
     assert precision.product_precision(config, CPU, rows=256, width=width) == expected
-    assert precision.product_precision(config, torch.device("cuda"), rows=256, width=width) == torch.float32

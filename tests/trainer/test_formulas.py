@@ -133,7 +133,7 @@ def test_running_deviation_equals_that_of_all_values_at_once(parts: list[list[fl
     every = np.concatenate(parts)
     expected = every.std() if every.std() > 0 else 1.0
     if every.std() == 0 or every.std() > 1e-6:
-        assert running.value == pytest.approx(expected, rel=1e-6)
+        assert float(running.value) == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("transform", ["distance", "log"])
@@ -199,7 +199,7 @@ def test_target_critics_follow_by_polyak_average_every_second_update() -> None:
     learner = agent(target_rate=0.1)
     for _ in range(20):
         noise = [np.random.default_rng(0).normal(size=(1, n)).astype(np.float32) for n in (3, 2, 3)]
-        learner.observe(lived(noise[0], noise[1], noise[2], np.zeros(1, bool)), np.ones(1, np.float32))
+        learner.observe(lived(noise[0], noise[1], noise[2], np.zeros(1, bool)), torch.ones(1))
     start = [p.clone() for p in learner.target_critic.parameters()]
     learner.update()
     for before, now in zip(start, learner.target_critic.parameters(), strict=True):
@@ -230,10 +230,12 @@ def test_relabelling_writes_every_valid_row_also_when_the_ring_has_wrapped(
     assert len(buffer) == count
 
 
-def test_the_ring_keeps_the_latest_rows() -> None:
+@pytest.mark.parametrize("at_once", [1, 2, 3])
+def test_the_ring_keeps_the_latest_rows(at_once: int) -> None:
     buffer = ReplayBuffer(4, 1, 1)
-    for value in range(6):
-        column = torch.full((1, 1), float(value))
-        buffer.add(column, column, torch.full((1,), float(value)), column, torch.zeros(1))
+    for values in torch.arange(6.0).split(at_once):
+        column = values[:, None]
+        buffer.add(column, column, values, column, torch.zeros(len(values)))
+    torch.testing.assert_close(buffer.observation[:, 0], buffer.reward)
     assert sorted(buffer.reward.tolist()) == [2.0, 3.0, 4.0, 5.0]
     assert buffer.added == 6

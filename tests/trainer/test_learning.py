@@ -21,7 +21,7 @@ def test_sac_learns_to_do_what_it_sees() -> None:
     agent = SACAgent(config, 1, 1, 1000, Randomness(3), CPU)
     seen = rng.uniform(-0.8, 0.8, (500, 1)).astype(np.float32)
     done = rng.uniform(-1, 1, (500, 1)).astype(np.float32)
-    agent.observe(lived(seen, done, seen, np.ones(500, bool)), -((done - seen) ** 2)[:, 0])
+    agent.observe(lived(seen, done, seen, np.ones(500, bool)), torch.from_numpy(-((done - seen) ** 2)[:, 0]))
     for _ in range(600):
         agent.update()
     asked = np.linspace(-0.7, 0.7, 15, dtype=np.float32)[:, None]
@@ -33,7 +33,7 @@ def test_sac_prefers_the_reward_it_is_handed_over_the_stored_one() -> None:
     agent = SACAgent(SAC(width=32, batch_size=64, learning_rate=3e-3), 1, 1, 500, Randomness(3), CPU)
     zeros = np.zeros((500, 1), np.float32)
     done = rng.uniform(-1, 1, (500, 1)).astype(np.float32)
-    agent.observe(lived(zeros, done, zeros, np.ones(500, bool)), -10 * done[:, 0])
+    agent.observe(lived(zeros, done, zeros, np.ones(500, bool)), torch.from_numpy(-10 * done[:, 0]))
     for _ in range(500):
         agent.update(lambda batch: 10 * batch.action[:, 0])
     assert agent.act(zeros[:1], explore=False)[0, 0] > 0.7

@@ -13,7 +13,7 @@ from safetensors.numpy import load_file
 from labels_db.models import Command
 from labels_db.run_config import RunConfig
 from tests.trainer.conftest import RUN, Lab, small_config
-from trainer.agents import make_agent, policy_layers
+from trainer.agents.registry import make_agent, policy_layers
 from trainer.checkpoints import CheckpointError
 from trainer.commands import DOERS, do
 from trainer.export import ExportError, export_policy

@@ -11,9 +11,9 @@ import torch
 from labels_db.run_config import RunConfig
 from tests.trainer.conftest import small_config
 from tests.trainer.given import lived
-from trainer.agents import make_agent, policy_layers
 from trainer.agents.normaliser import Normaliser
 from trainer.agents.ppo import PPOAgent
+from trainer.agents.registry import make_agent, policy_layers
 from trainer.collector import Transitions
 from trainer.policy_layers import roll_out
 from trainer.randomness import Randomness
@@ -54,7 +54,7 @@ def live(learner: PPOAgent, steps: int, seed: int = 0) -> list[Transitions]:
         learner.learn(None, N)
         actions = learner.act(seen[step], explore=True)
         done.append(lived(seen[step], actions, seen[step + 1], np.zeros(N, bool)))
-        learner.observe(done[-1], rewards[step])
+        learner.observe(done[-1], torch.from_numpy(rewards[step]))
     return done
 
 
@@ -87,7 +87,7 @@ def test_advantages_are_those_of_the_rewards_at_the_rollouts_end() -> None:
     ended = np.array([True, True, False])
     terminated = np.array([True, False, False])
     step = lived(seen, actions, 2 * seen, terminated)
-    learner.observe(Transitions(**{**vars(step), "ended": ended}), np.ones(N, np.float32))
+    learner.observe(Transitions(**{**vars(step), "ended": ended}), torch.ones(N))
     ahead = learner._values(2 * seen)
     live(learner, T - 5, seed=1)
     learner.relabel(lambda inputs: inputs[:, 0] + 3 * inputs[:, -1], lambda: None)
@@ -198,7 +198,8 @@ def test_ppo_learns_to_do_what_it_sees() -> None:
     for _ in range(64 * 25):
         seen = rng.uniform(-0.8, 0.8, (N, D)).astype(np.float32)
         actions = learner.act(seen, explore=True)
-        learner.observe(lived(seen, actions, seen, np.ones(N, bool)), -((actions - seen[:, :1]) ** 2)[:, 0])
+        rewards = torch.from_numpy(-((actions - seen[:, :1]) ** 2)[:, 0])
+        learner.observe(lived(seen, actions, seen, np.ones(N, bool)), rewards)
         learner.learn(None, N)
     asked = rng.uniform(-0.7, 0.7, (50, D)).astype(np.float32)
     assert np.abs(learner.act(asked, explore=False) - asked[:, :1]).mean() < 0.15

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from torch import Tensor
 
-from trainer.collector import Transitions
 from trainer.replay_buffer import Batch, ReplayBuffer, RewardFunction
+
+if TYPE_CHECKING:
+    from trainer.collector import Transitions
 
 BatchReward = Callable[[Batch], Tensor]
 """A reward computed when it is learned from, instead of the stored one: rows [B] → reward [B]."""
@@ -33,7 +35,7 @@ class Agent(Protocol):
     def act(self, observations: NDArray[np.float32], *, explore: bool) -> NDArray[np.float32]:
         """Actions [N, A] in [−1, 1] for observations [N, D]: with chance while exploring, the best otherwise."""
 
-    def observe(self, transitions: Transitions, rewards: NDArray[np.float32]) -> None:
+    def observe(self, transitions: Transitions, rewards: Tensor) -> None:
         """Remember one step of N environments with its rewards [N]."""
 
     def learn(self, reward: BatchReward | None, steps: int) -> Losses | None:

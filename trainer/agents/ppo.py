@@ -129,7 +129,7 @@ class PPOAgent:
         }
         return _clipped(actions)
 
-    def observe(self, transitions: Transitions, rewards: Array) -> None:
+    def observe(self, transitions: Transitions, rewards: torch.Tensor) -> None:
         """Remember one step of N environments with its rewards [N]."""
         self.buffer.remember(transitions, rewards)
         cut_off = transitions.ended & ~transitions.terminated

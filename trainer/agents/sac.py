@@ -5,23 +5,43 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from labels_db.run_config import SAC, RunConfig
 from trainer.adam import FlatAdam
 from trainer.agents.interface import BatchReward
+from trainer.agents.on_gpu import ActorBeside, CapturedUpdate
 from trainer.agents.sac_by_hand import UpdateByHand
 from trainer.agents.sac_update import SACLosses, Update
-from trainer.collector import Transitions
+from trainer.devices import on_device
 from trainer.networks import Actor, Critic
 from trainer.policy_layers import PolicyLayer
 from trainer.randomness import Randomness
 from trainer.replay_buffer import ReplayBuffer, RewardFunction
+
+if TYPE_CHECKING:
+    from labels_db.run_config import SAC, RunConfig
+    from trainer.collector import Transitions
+
+
+class ActorItself:
+    """Acts by what it has learned up to now: there is nothing to wait for on a CPU."""
+
+    def __init__(self, actor: Actor) -> None:
+        self._actor = actor
+
+    def follow(self) -> None:
+        """It learns and acts in one."""
+
+    def explore(self, observations: NDArray[np.float32], generator: torch.Generator) -> NDArray[np.float32]:
+        """Actions [N, A] drawn for observations [N, D]."""
+        noise = torch.randn(len(observations), self._actor.trunk.sizes[-1] // 2, generator=generator)
+        actions: NDArray[np.float32] = self._actor.explore(torch.from_numpy(observations), noise).numpy()
+        return actions
 
 
 class SACAgent:
@@ -46,6 +66,7 @@ class SACAgent:
         self._sampling = randomness.torch("agent sampling", device)
         self.buffer = ReplayBuffer(capacity, observation_size, action_size, device)
         self.actor = Actor(*self.sizes, config.width, config.depth, self._weights).to(device)
+        self._explorer = ActorBeside(self.actor) if device.type == "cuda" else ActorItself(self.actor)
         log_temperature = torch.tensor(math.log(config.initial_temperature), device=device)
         self.log_temperature = log_temperature.requires_grad_()
         self.actor_optimizer = FlatAdam(
@@ -63,7 +84,8 @@ class SACAgent:
         self.critic = critic.to(self.device)
         self.target_critic = copy.deepcopy(self.critic).requires_grad_(False)
         self.critic_optimizer = FlatAdam((self.critic.twins.flat, self.config.learning_rate))
-        self._update: Update = UpdateByHand(self, self.precision)
+        by_hand = UpdateByHand(self, self.precision)
+        self._update: Update = CapturedUpdate(by_hand) if self.device.type == "cuda" else by_hand
 
     def begin_anew(self, updates: int) -> None:
         """New critics, and so many updates of them; the actor stays."""
@@ -76,17 +98,12 @@ class SACAgent:
     @torch.no_grad()
     def act(self, observations: NDArray[np.float32], *, explore: bool) -> NDArray[np.float32]:
         """Actions [N, A] in [−1, 1] for observations [N, D]: sampled while exploring, tanh(μ) otherwise."""
-        observed = torch.as_tensor(observations, device=self.device)
-        actions: NDArray[np.float32] = self._choose(observed, explore=explore).cpu().numpy()
+        if explore:
+            return self._explorer.explore(observations, self._acting)
+        actions: NDArray[np.float32] = self.actor.best(on_device(observations, self.device)).cpu().numpy()
         return actions
 
-    def _choose(self, observed: Tensor, *, explore: bool) -> Tensor:
-        if not explore:
-            return self.actor.best(observed)
-        size = (len(observed), self.sizes[1])
-        return self.actor.explore(observed, torch.randn(size, generator=self._acting, device=self.device))
-
-    def observe(self, transitions: Transitions, rewards: NDArray[np.float32]) -> None:
+    def observe(self, transitions: Transitions, rewards: Tensor) -> None:
         """Remember one step of N environments with its rewards [N]."""
         self.buffer.remember(transitions, rewards)
 
@@ -97,6 +114,7 @@ class SACAgent:
 
     def learn(self, reward: BatchReward | None, steps: int) -> SACLosses:
         """The configured number of updates for each of so many steps; returns the last one's losses."""
+        self._explorer.follow()
         for _ in range(self.config.updates_per_step * steps):
             losses = self.update(reward)
         return losses
@@ -145,13 +163,14 @@ class SACAgent:
         self.actor_optimizer.load(state["actor_optimizer"])
         self.critic_optimizer.load(state["critic_optimizer"])
         self._update.refresh()
+        self._explorer.follow()
 
 
 def policy_layers(config: RunConfig, state: dict[str, Any]) -> list[PolicyLayer]:
     """tanh(μ) of a saved state: the last layer's columns for log σ are left out."""
-    assert isinstance(config.agent, SAC)
-    known, size = config.catalogue_entry, (config.agent.width, config.agent.depth)
-    actor = Actor(known.observation_size, known.action_size, *size, torch.Generator())
+    agent, known = cast("SAC", config.agent), config.catalogue_entry
+    sizes = (known.observation_size, known.action_size, agent.width, agent.depth)
+    actor = Actor(*sizes, torch.Generator())
     actor.load_state_dict(state["actor"])
     layers = [(w[0].numpy(), b[0, 0].numpy()) for w, b in actor.trunk.layers(actor.trunk.flat.detach())]
     *hidden, (weight, bias) = layers
