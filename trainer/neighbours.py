@@ -18,6 +18,8 @@ GROUP = 16
 """States in a group."""
 STATES, QUERIES = 8192, 128
 """States compared at a time, at most, and with how many: their values, 4 MB, stay in a processor's cache."""
+MEASURED = 64
+"""Queries whose members are measured at a time: their differences stay in the cache, and on the heap."""
 SPARE = 3
 """Groups measured beyond those that would do if nothing were rounded."""
 
@@ -108,11 +110,14 @@ def _members(groups: Tensor, block: int) -> Tensor:
 
 
 def _exact(queries: Tensor, own: Tensor, states: Tensor, members: Tensor, k: int) -> Tensor:
-    """Distance to the k-th nearest of some members, [B]."""
-    count = members.shape[1]
-    there = states.index_select(0, members.flatten().clamp(max=len(states) - 1)).view(
-        -1, count, states.shape[1]
-    )
-    squared = (there - queries[:, None]).square_().sum(-1)
+    """Distance to the k-th nearest of some members [B, n], for a few queries at a time: [B]."""
+    parts = zip(queries.split(MEASURED), own.split(MEASURED), members.split(MEASURED), strict=True)
+    return torch.cat([_measured(*part, states, k) for part in parts])
+
+
+def _measured(queries: Tensor, own: Tensor, members: Tensor, states: Tensor, k: int) -> Tensor:
+    there = states.index_select(0, members.flatten().clamp(max=len(states) - 1))
+    differences = there.view(*members.shape, -1).sub_(queries[:, None])
+    squared = differences.square_().sum(-1)
     squared.masked_fill_((members == own[:, None]) | (members >= len(states)), torch.inf)
     return _kth_least(squared, k).sqrt_()

@@ -198,7 +198,7 @@ class Passes:
         if not self._gradients:
             self._gradients = self._room_for_gradients()
         weight, bias = self._gradients[index]
-        torch.bmm(below_transposed, delta, out=weight)
+        _product(below_transposed, delta, out=weight)
         torch.sum(delta, 1, keepdim=True, out=bias)
 
     def _room_for_gradients(self) -> list[tuple[Tensor, Tensor]]:
@@ -263,4 +263,12 @@ def _times(delta: Tensor, weight: Tensor, *, out: Tensor) -> None:
     if delta.shape[2] == 1:
         torch.mul(delta, weight, out=out)
     else:
-        torch.bmm(delta, weight, out=out)
+        _product(delta, weight, out=out)
+
+
+def _product(left: Tensor, right: Tensor, *, out: Tensor) -> None:
+    """[E, m, k] · [E, k, n]; a single member's is spared the copy that `bmm` makes of transposed factors."""
+    if len(left) == 1:
+        torch.mm(left[0], right[0], out=out[0])
+    else:
+        torch.bmm(left, right, out=out)
