@@ -111,8 +111,8 @@ def _members(groups: Tensor, block: int) -> Tensor:
 
 def _exact(queries: Tensor, own: Tensor, states: Tensor, members: Tensor, k: int) -> Tensor:
     """Distance to the k-th nearest of some members [B, n], for a few queries at a time: [B]."""
-    parts = zip(queries.split(MEASURED), own.split(MEASURED), members.split(MEASURED), strict=True)
-    return torch.cat([_measured(*part, states, k) for part in parts])
+    parts = zip(*(torch.split(each, MEASURED) for each in (queries, own, members)), strict=True)
+    return torch.cat([_measured(few, rows, near, states, k) for few, rows, near in parts])
 
 
 def _measured(queries: Tensor, own: Tensor, members: Tensor, states: Tensor, k: int) -> Tensor:

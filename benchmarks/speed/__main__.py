@@ -15,6 +15,7 @@ from typing import Any
 from benchmarks.speed.contest import Speeds, contest, ours
 from benchmarks.speed.growth import growth, plot
 from benchmarks.speed.rows import Row, all_rows
+from benchmarks.speed.sharing import shared_cores
 from benchmarks.speed.start import processor, train_to_first_step, up_to_served_page
 
 RESULTS = Path(__file__).parent.parent / "results"
@@ -116,9 +117,9 @@ def main() -> None:
             print(line(rows[-1]), flush=True)
     if chosen.only:
         return
-    for row_of_start in starts():
-        rows.append(row_of_start)
-        print(line(row_of_start), flush=True)
+    for other_row in (*shared_cores(), *starts()):
+        rows.append(other_row)
+        print(line(other_row), flush=True)
     curves = growth()
     plot(curves, RESULTS / "growth.png")
     written = {"machine": machine(chosen.peers), "rows": rows, "growth": curves}

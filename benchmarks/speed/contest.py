@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import statistics
 import subprocess
 import sys
@@ -16,13 +17,15 @@ HERE = Path(__file__).parent
 
 
 class Contestant:
-    """A process that answers each line N with the seconds that N units of its work took."""
+    """A process that answers each line N with the seconds that N units of its work took, on some cores or all."""
 
-    def __init__(self, command: Sequence[str]) -> None:
+    def __init__(self, command: Sequence[str], cores: Sequence[int] | None = None) -> None:
         self.command = command
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
+        if cores is not None:
+            os.sched_setaffinity(self._process.pid, cores)
         while (line := self._read()) != "ready":
             del line  # what a library prints while it is imported
 

@@ -200,11 +200,13 @@ def _action(environment: Any) -> Any:
 # The whole loop ----------------------------------------------------------------------------------
 
 
-def loop(preset: str, exploring: bool, precision: str = "auto", plain: bool = False) -> Work:
+def loop(
+    preset: str, exploring: bool, precision: str = "auto", plain: bool = False, profile: str | None = None
+) -> Work:
     """One step of training: environment, memory, update; while exploring also the intrinsic reward."""
     from benchmarks.speed.loop import Stepper
 
-    return Stepper(preset, exploring=exploring, precision=precision, plain=plain)
+    return Stepper(preset, exploring=exploring, precision=precision, plain=plain, profile=profile)
 
 
 TASKS: dict[str, Callable[..., Work]] = {

@@ -233,7 +233,7 @@ def test_relabelling_writes_every_valid_row_also_when_the_ring_has_wrapped(
 @pytest.mark.parametrize("at_once", [1, 2, 3])
 def test_the_ring_keeps_the_latest_rows(at_once: int) -> None:
     buffer = ReplayBuffer(4, 1, 1)
-    for values in torch.arange(6.0).split(at_once):
+    for values in torch.split(torch.arange(6.0), at_once):
         column = values[:, None]
         buffer.add(column, column, values, column, torch.zeros(len(values)))
     torch.testing.assert_close(buffer.observation[:, 0], buffer.reward)
