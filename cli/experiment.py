@@ -40,11 +40,12 @@ def list_methods(*, as_json: bool) -> None:
 
 def live_through(file: Path, data: DataFolder, parallel: int, *, as_json: bool) -> int:
     """Run what is missing of the experiment; 0 unless a run failed. Ctrl-C stops with checkpoints."""
-    from trainer.experiments.results import write_results
+    from trainer.experiments.results import write_provenance, write_results
     from trainer.experiments.runner import run_experiment
 
     structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
     experiment = _read(file)
+    write_provenance(experiment, data)
     leave = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: leave.set())
@@ -75,8 +76,11 @@ def plot(file: Path, data: DataFolder, out: Path | None) -> None:
         raise UsageError(f"{experiment.name}: has no results yet; run `pebble experiment {file}`") from error
     if not experiment.figures:
         raise UsageError(f"{file}: asks for no figures; add some under `figures:`")
-    for path in draw_all(experiment, results, data, out or folder / "figures"):
-        typer.echo(str(path))
+    try:
+        for path in draw_all(experiment, results, data, out or folder / "figures"):
+            typer.echo(str(path))
+    except ValueError as error:
+        raise UsageError(str(error)) from error
 
 
 def _read(file: Path) -> Experiment:

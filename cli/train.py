@@ -63,9 +63,9 @@ def train_here(preset: str, config: RunConfig, data: DataFolder, *, as_json: boo
 
     structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
     database = data.open_database()
-    named = preset_named(preset)
+    known = config.catalogue_entry
     with database.write() as session:  # asked for and claimed at once: no supervisor can come between
-        run = request_run(session, config, title=named.title, goal=named.goal, preset=preset)
+        run = request_run(session, config, title=known.title, goal=known.goal, preset=preset)
         owned = claim(session, run, "foreground", now=utc_now())
     attempt = Attempt(data, owned)
     console = Console(stderr=as_json)

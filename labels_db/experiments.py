@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Annotated, Literal
@@ -26,11 +27,14 @@ Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$", max_length=60)]
 
 
 class Compared(Config):
-    """A method under a name of its own, with settings of its own."""
+    """A method under a name of its own, with settings of its own, for all tasks and for some."""
 
     method: str
     name: Name
     settings: Settings = Field(default_factory=dict)
+    by_task: dict[str, Settings] = Field(default_factory=dict)
+    tasks: list[str] | None = None
+    """The only tasks it is run on; all where none are named."""
 
     @field_validator("method")
     @classmethod
@@ -43,6 +47,10 @@ class OfMethods(Config):
 
     file: Name
     methods: list[str] | None = None
+
+    def about(self) -> set[str]:
+        """The tasks that it names."""
+        return set()
 
     def shows(self) -> set[str]:
         """The methods that it names."""
@@ -59,6 +67,9 @@ class Curves(OfMethods):
     """Methods of which only the last value is drawn, as a dotted line."""
     statistic: Literal["mean", "iqm"] = "mean"
     """Mean and standard deviation, or interquartile mean and its 95 % bootstrap interval."""
+
+    def about(self) -> set[str]:
+        return set(self.tasks or ())
 
     def shows(self) -> set[str]:
         return super().shows() | set(self.asymptotes)
@@ -78,6 +89,10 @@ class Differences(Config):
     file: Name
     measure: str = "return"
     pairs: list[tuple[str, str]]
+
+    def about(self) -> set[str]:
+        """The tasks that it names."""
+        return set()
 
     def shows(self) -> set[str]:
         """The methods that it names."""
@@ -120,14 +135,30 @@ class Experiment(Config):
         return [preset_named(task).name for task in tasks]
 
     @model_validator(mode="after")
-    def _figures_fit(self) -> Experiment:
-        """Figures are about methods that are run."""
-        known = {one.name for one in self.compared}
+    def _nothing_is_named_twice(self) -> Experiment:
+        """Runs and files are told apart by name."""
+        files = [f"{figure.file} ({figure.kind})" for figure in self.figures]
+        methods = [one.name for one in self.compared]
+        for what, names in (
+            ("method", methods),
+            ("task", self.tasks),
+            ("seed", self.seeds),
+            ("figure", files),
+        ):
+            for name, count in Counter(names).items():
+                if count > 1:
+                    raise ValueError(f"{what} {name!r}: is there {count} times; give each a name of its own")
+        return self
+
+    @model_validator(mode="after")
+    def _what_is_named_is_run(self) -> Experiment:
+        """Figures are about methods and tasks of the experiment, and so are settings."""
+        methods, tasks = [one.name for one in self.compared], self.tasks
         for figure in self.figures:
-            for name in sorted(figure.shows() - known):
-                raise ValueError(
-                    f"figure {figure.file!r}: no method {name!r}; one of {', '.join(sorted(known))}"
-                )
+            _known(f"figure {figure.file!r}", "method", figure.shows(), methods)
+            _known(f"figure {figure.file!r}", "task", figure.about(), tasks)
+        for one in self.compared:
+            _known(f"method {one.name!r}", "task", {*one.by_task, *(one.tasks or ())}, tasks)
         return self
 
     @property
@@ -141,7 +172,8 @@ class Experiment(Config):
     def planned(self) -> Iterator[PlannedRun]:
         """Every run, seed by seed, so that early results are about everything."""
         for seed, task, one in product(self.seeds, self.tasks, self.compared):
-            yield PlannedRun(self, task, one, seed)
+            if task in (one.tasks or self.tasks):
+                yield PlannedRun(self, task, one, seed)
 
 
 DEFAULTS: Settings = {"evaluation.video": "none", "threads": 1}
@@ -165,8 +197,14 @@ class PlannedRun:
     def config(self) -> RunConfig:
         """SettingError names the setting that is wrong."""
         base = method_named(self.compared.method).config(preset_named(self.task), self.experiment.profile)
-        chosen = {**DEFAULTS, **self.experiment.settings, **self.compared.settings, "seed": self.seed}
+        own = {**self.compared.settings, **self.compared.by_task.get(self.task, {})}
+        chosen = {**DEFAULTS, **self.experiment.settings, **own, "seed": self.seed}
         return with_settings(base, {path: _text(value) for path, value in chosen.items()})
+
+
+def _known(where: str, what: str, named: set[str], known: Sequence[str]) -> None:
+    for name in sorted(named - set(known)):
+        raise ValueError(f"{where}: no {what} {name!r}; one of {', '.join(sorted(known))}")
 
 
 def _text(value: str | float | bool) -> str:

@@ -33,7 +33,8 @@ def chosen_config(preset: Preset, profile: str | None, settings: Mapping[str, st
 def queue_run(
     session: Session, preset: Preset, config: RunConfig, *, title: str | None, goal: str | None
 ) -> Run:
-    """Queue it, under the preset's own title and goal where none are given."""
+    """Queue it, under its environment's own title and goal where none are given."""
+    known = config.catalogue_entry
     return request_run(
-        session, config, title=title or preset.title, goal=goal or preset.goal, preset=preset.name
+        session, config, title=title or known.title, goal=goal or known.goal, preset=preset.name
     )

@@ -30,7 +30,7 @@ VARIATIONS: Mapping[str, Mapping[str, str]] = {
     "twice the repeat": {"environment.action_repeat": "*2"},
     "2 updates": {"agent.updates_per_step": "2"},
     "layer norm": {"agent.layer_norm": "true"},
-    "layer norm, 2 updates": {"agent.layer_norm": "true", "agent.updates_per_step": "2"},
+    "batch 256, twice the repeat": {"agent.batch_size": "256", "environment.action_repeat": "*2"},
 }
 
 

@@ -128,9 +128,12 @@ def _on_policy(task: _Task) -> Mapping[str, Settings]:
         "agent.depth": "3",
         "agent.epochs": "20",
         "agent.clip_range": "0.2",
+        "evaluation.every": "10000",
         "total_steps": "4000000",
         "feedback.budget": "2100",
         "feedback.queries_per_session": str(task.ppo_queries),
     }
     public = {**paper, "agent.clip_range": "0.4", "agent.clip_schedule": "linear"}
-    return {"paper": paper, "public": public, "few-labels": public}
+    asked = ("feedback.budget", "feedback.queries_per_session")
+    few = {path: value for path, value in public.items() if path not in asked}
+    return {"paper": paper, "public": public, "few-labels": few}

@@ -88,12 +88,21 @@ PAPER_PPO: Settings = {
     "agent.depth": "3",
     "agent.learning_rate": "3e-4",
     "agent.rollout_steps": "250",
-    "agent.batch_size": "256",
+    "agent.batch_size": "128",
     "agent.epochs": "20",
     "environments": "32",
+    "evaluation.every": "10000",
     "total_steps": "3000000",
-    "feedback.queries_per_session": "256",
-    "feedback.steps_between": "2400",
 }
-PUBLIC_PPO: Settings = {**PAPER_PPO, "agent.clip_range": "0.4", "agent.clip_schedule": "linear"}
-ON_POLICY: Mapping[str, Settings] = {"paper": PAPER_PPO, "public": PUBLIC_PPO, "few-labels": PUBLIC_PPO}
+PUBLIC_PPO: Settings = {
+    **PAPER_PPO,
+    "agent.batch_size": "256",
+    "agent.clip_range": "0.4",
+    "agent.clip_schedule": "linear",
+}
+ASKED: Settings = {"feedback.queries_per_session": "256", "feedback.steps_between": "2400"}
+ON_POLICY: Mapping[str, Settings] = {
+    "paper": {**PAPER_PPO, **ASKED},
+    "public": {**PUBLIC_PPO, **ASKED},
+    "few-labels": PUBLIC_PPO,
+}

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 import yaml
@@ -16,13 +18,16 @@ from PIL import Image
 
 from labels_db.data_folder import DataFolder
 from labels_db.errors import ConflictError
-from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
-from labels_db.models import RunState
+from labels_db.experiments import Curves, Experiment, request_experiment, runs_of_experiment
+from labels_db.models import EvaluationResult, RunState, utc_now
 from labels_db.runs import stop_run
+from trainer.experiments import figures
+from trainer.experiments.figures import Drawing, curves
 from trainer.experiments.file import ExperimentError, read_experiment
-from trainer.experiments.results import Results
+from trainer.experiments.results import Results, write_results
 
 EXPERIMENTS = Path(__file__).parents[2] / "benchmarks" / "experiments"
+DOCS = Path(__file__).parents[2] / "docs"
 
 SMALL = {
     "environment.action_repeat": 8,  # 125 steps an episode
@@ -87,14 +92,26 @@ def lived(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, DataFolder]:
         while RunState.FINISHED not in states(data).values():
             assert killed.poll() is None
         os.kill(killed.pid, signal.SIGKILL)
+    before = finished(data)
     with pebble(*command) as again:
         said, _ = again.communicate(timeout=120)
     assert again.returncode == 0, said
     assert '"finished": 4' in said
+    assert before.items() <= finished(data).items()  # what had finished was not lived again
     return file, data
 
 
-def test_what_had_finished_is_not_lived_again(lived: tuple[Path, DataFolder]) -> None:
+def finished(data: DataFolder) -> dict[str, tuple[int, Any]]:
+    """When each finished run ended, and in which attempt."""
+    database = data.open_database()
+    with database.read() as session:
+        runs = runs_of_experiment(session, "tiny")
+        found = {run.id: (run.attempt, run.ended_at) for run in runs if run.state is RunState.FINISHED}
+    database.close()
+    return found
+
+
+def test_every_run_is_lived_under_its_name(lived: tuple[Path, DataFolder]) -> None:
     _, data = lived
     assert set(states(data).values()) == {RunState.FINISHED}
     database = data.open_database()
@@ -106,7 +123,6 @@ def test_what_had_finished_is_not_lived_again(lived: tuple[Path, DataFolder]) ->
             "tiny-cartpole-swingup-sac-1",
             "tiny-cartpole-swingup-sac-2",
         ]
-        assert min(run.attempt for run in runs) == 1
         assert {run.method for run in runs} == {"pebble-8", "sac"}
     database.close()
 
@@ -120,7 +136,8 @@ def test_results_are_parquet_beside_configuration_and_versions(lived: tuple[Path
         1: [200, 400, 600],
         2: [200, 400, 600],
     }
-    assert results.budget("cartpole-swingup", "pebble-8") == 8
+    assert results.answers("cartpole-swingup", "pebble-8") == 8
+    assert results.answers("cartpole-swingup", "sac") == 0
     assert results.last("cartpole-swingup", "sac", "return") == {s: c[-1][1] for s, c in curves.items()}
     kept = Experiment.model_validate_json((folder / "experiment.json").read_text())
     assert kept == Experiment.model_validate(SAYS)
@@ -174,6 +191,16 @@ def test_what_was_stopped_is_asked_for_again(tmp_path: Path) -> None:
         ({"colour": "red"}, "colour: Extra inputs"),
         ({"methods": ["sac"]}, "figure 'claims': no method 'pebble-8'; one of sac"),
         ({"name": "Not a name"}, "name: "),
+        ({"seeds": [1, 2, 1]}, "seed 1: is there 2 times"),
+        ({"methods": ["sac", "pebble", "sac"]}, "method 'sac': is there 2 times"),
+        (
+            {"figures": [{"kind": "curves", "file": "a", "tasks": ["walker-walk"]}]},
+            "figure 'a': no task 'walker-walk'; one of cartpole-swingup",
+        ),
+        (
+            {"methods": [{"method": "sac", "name": "sac", "tasks": ["walker-walk"]}], "figures": []},
+            "method 'sac': no task 'walker-walk'",
+        ),
     ],
 )
 def test_a_wrong_file_is_told_what_is_wrong(tmp_path: Path, changes: Any, complaint: str) -> None:
@@ -189,6 +216,78 @@ def test_a_missing_or_broken_file_is_named(tmp_path: Path) -> None:
         read_experiment(tmp_path / "broken.yaml")
 
 
+def recorded(**changes: Any) -> dict[str, Any]:
+    """A row of results."""
+    row = {"task": "cartpole-swingup", "method": "sac", "seed": 1, "step": 200, "state": "finished"}
+    return {**row, "return": 1.0, "answers": 0, **changes}
+
+
+def test_only_finished_runs_have_an_end() -> None:
+    rows = [recorded(), recorded(step=400, **{"return": 3.0}), recorded(seed=2, state="running")]
+    assert Results(rows).last("cartpole-swingup", "sac", "return") == {1: 3.0}
+    assert set(Results(rows).curves("cartpole-swingup", "sac", "return")) == {1, 2}
+
+
+def drawn(figure: Curves, rows: list[dict[str, Any]], folder: Path) -> Any:
+    """The panels of a figure of curves."""
+    mpl.use("Agg")
+    experiment = Experiment.model_validate({**SAYS, "figures": []})
+    drawing = Drawing(experiment, Results(rows), DataFolder(folder), folder)
+    kept: list[Any] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "_saved", lambda figure, _: kept.append(figure))
+        curves(figure, drawing)
+    return kept[0].axes
+
+
+def test_a_line_is_a_method_s_mean_and_an_asymptote_its_end(tmp_path: Path) -> None:
+    rows = [recorded(step=s, seed=k, **{"return": float(s * k)}) for s in (200, 400) for k in (1, 3)]
+    rows += [recorded(step=s, method="pebble-8", **{"return": 7.0}) for s in (200, 400, 900)]
+    figure = Curves(file="a", methods=["sac"], asymptotes=["pebble-8"])
+    (panel,) = drawn(figure, rows, tmp_path)
+    line, asymptote = panel.get_lines()
+    assert line.get_xydata().tolist() == [[200, 400], [400, 800]]
+    assert set(asymptote.get_ydata()) == {7.0}
+
+
+def test_an_empty_picture_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="a: no run has an evaluation with the measure 'succes' yet"):
+        drawn(Curves(file="a", measure="succes"), [recorded()], tmp_path)
+
+
+def test_results_hold_every_task_s_own_measures(tmp_path: Path) -> None:
+    data, experiment = (
+        DataFolder(tmp_path),
+        Experiment.model_validate({**SAYS, "methods": ["sac"], "figures": []}),
+    )
+    database = data.open_database()
+    with database.write() as session:
+        for run, measures in zip(request_experiment(session, experiment), ({}, {"turns": 3.0}), strict=True):
+            session.add(
+                EvaluationResult(
+                    run_id=run.id, step=1, returns=[1.0], mean_return=1.0, measures=measures, at=utc_now()
+                )
+            )
+    database.close()
+    results = Results.read(write_results(experiment, data))
+    assert results.curves("cartpole-swingup", "sac", "turns") == {2: [(1, 3.0)]}
+
+
+def test_methods_may_have_settings_for_a_task_and_keep_to_some() -> None:
+    compared = {"method": "sac", "name": "sac", "by_task": {"walker-walk": {"agent.width": 32}}}
+    only = {"method": "pebble", "name": "pebble", "settings": ASKING, "tasks": ["walker-walk"]}
+    tasks = ["cartpole-swingup", "walker-walk"]
+    says = {**SAYS, "tasks": tasks, "methods": [compared, only], "figures": [], "seeds": [1]}
+    planned = {one.run_id: one.config for one in Experiment.model_validate(says).planned()}
+    assert set(planned) == {
+        "tiny-cartpole-swingup-sac-1",
+        "tiny-walker-walk-sac-1",
+        "tiny-walker-walk-pebble-1",
+    }
+    widths = [planned[f"tiny-{task}-sac-1"].agent.width for task in tasks]
+    assert widths == [16, 32]
+
+
 def test_seeds_of_an_experiment_are_those_of_its_runs() -> None:
     planned = list(Experiment.model_validate(SAYS).planned())
     assert [one.config.seed for one in planned] == [1, 1, 2, 2]
@@ -199,3 +298,17 @@ def test_ready_files_say_valid_experiments(file: Path) -> None:
     experiment = read_experiment(file)
     assert experiment.name == file.stem
     assert experiment.figures
+
+
+@pytest.mark.parametrize("file", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda file: file.stem)
+def test_no_ready_file_lives_one_configuration_twice(file: Path) -> None:
+    configs = [one.config.model_dump_json() for one in read_experiment(file).planned()]
+    assert len(set(configs)) == len(configs)
+
+
+def test_the_documented_experiment_is_one(tmp_path: Path) -> None:
+    (block,) = re.findall(
+        r"```yaml\n(.*?)```", (DOCS / "experiments.md").read_text(encoding="utf-8"), re.DOTALL
+    )
+    (tmp_path / "documented.yaml").write_text(block, encoding="utf-8")
+    assert read_experiment(tmp_path / "documented.yaml").figures

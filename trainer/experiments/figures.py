@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,31 +58,47 @@ def curves(figure: Curves, drawing: Drawing) -> Path:
     """A panel for each task."""
     tasks = figure.tasks or drawing.experiment.tasks
     panels = _panels(len(tasks))
+    methods = list(dict.fromkeys([*drawing.methods(figure.methods), *figure.asymptotes]))
     for axes, task in zip(panels, tasks, strict=True):
-        for method in drawing.methods(figure.methods):
-            found = drawing.results.curves(task, method, figure.measure)
-            if found:
-                steps, values = aligned(list(found.values()))
-                _line(axes, figure, method, drawing.colour(method), steps, values)
-        axes.set(title=preset_named(task).title, xlabel="environment steps", ylabel=figure.measure)
-    panels[0].legend(fontsize=8)
+        for method in methods:
+            _curve(axes, figure, task, method, drawing)
+        axes.set(title=preset_named(task).title, xlabel="steps of the agent", ylabel=figure.measure)
+        if _labelled(axes):
+            axes.legend(fontsize=8)
+    _refuse_nothing(panels, figure.file, figure.measure)
     return _saved(panels[0].figure, drawing.path(figure.file))
+
+
+def _curve(axes: Any, figure: Curves, task: str, method: str, drawing: Drawing) -> None:
+    """The method's line; as an asymptote, only where it ends."""
+    colour = drawing.colour(method)
+    if method in figure.asymptotes:
+        ends = list(drawing.results.last(task, method, figure.measure).values())
+        if ends:
+            end = SPREADS[figure.statistic](np.array(ends)[:, None])[0][0]
+            label = f"{method} ({len(ends)}), at its end"
+            axes.axhline(end, color=colour, linestyle=":", linewidth=1.5, label=label)
+    elif found := drawing.results.curves(task, method, figure.measure):
+        steps, values = aligned(list(found.values()))
+        middle, low, high = SPREADS[figure.statistic](values)
+        axes.plot(steps, middle, color=colour, linewidth=1.6, label=f"{method} ({len(values)})")
+        axes.fill_between(steps, low, high, color=colour, alpha=0.18, linewidth=0)
+
+
+def _refuse_nothing(panels: list[Any], file: str, measure: str) -> None:
+    """ValueError instead of an empty picture."""
+    if not any(map(_labelled, panels)):
+        raise ValueError(f"{file}: no run has an evaluation with the measure {measure!r} yet")
+
+
+def _labelled(axes: Any) -> bool:
+    return bool(axes.get_legend_handles_labels()[0])
 
 
 def aligned(found: list[Curve]) -> tuple[Any, Any]:
     """Steps [t] that every curve has, and values there [n, t]."""
     steps = sorted(set.intersection(*({step for step, _ in curve} for curve in found)))
     return np.array(steps), np.array([[dict(curve)[step] for step in steps] for curve in found])
-
-
-def _line(axes: Any, figure: Curves, method: str, colour: str, steps: Any, values: Any) -> None:
-    middle, low, high = SPREADS[figure.statistic](values)
-    label = f"{method} ({len(values)})"
-    if method in figure.asymptotes:
-        axes.axhline(middle[-1], color=colour, linestyle=":", linewidth=1.5, label=f"{label}, at its end")
-        return
-    axes.plot(steps, middle, color=colour, linewidth=1.6, label=label)
-    axes.fill_between(steps, low, high, color=colour, alpha=0.18, linewidth=0)
 
 
 def _mean_and_deviation(values: Any) -> tuple[Any, Any, Any]:
@@ -99,17 +116,18 @@ SPREADS = {"mean": _mean_and_deviation, "iqm": _iqm_and_interval}
 def budgets(figure: Budgets, drawing: Drawing) -> Path:
     """The last values of every method at its number of labels."""
     (axes,) = _panels(1)
-    for colour, task in zip(COLOURS, drawing.experiment.tasks, strict=False):
+    for colour, task in zip(itertools.cycle(COLOURS), drawing.experiment.tasks, strict=False):
         points = []
         for method in drawing.methods(figure.methods):
             last = list(drawing.results.last(task, method, figure.measure).values())
             if last:
-                points.append((drawing.results.budget(task, method), np.mean(last), np.std(last)))
+                points.append((drawing.results.answers(task, method), np.mean(last), np.std(last)))
         if points:
             labels, means, deviations = zip(*sorted(points), strict=True)
             title = preset_named(task).title
             axes.errorbar(labels, means, deviations, marker="o", capsize=3, color=colour, label=title)
     axes.set(xlabel="labels", ylabel=f"{figure.measure} at the end")
+    _refuse_nothing([axes], figure.file, figure.measure)
     axes.legend(fontsize=8)
     return _saved(axes.figure, drawing.path(figure.file))
 
@@ -149,10 +167,11 @@ def frame_strips(figure: Strips, drawing: Drawing) -> Path:
 
 def queries(figure: Queries, drawing: Drawing) -> Path:
     """What the first seed of each method was asked in some of its sessions."""
+    experiment, methods = drawing.experiment, drawing.methods(figure.methods)
     runs = [
-        (f"{task} · {method}", f"{drawing.experiment.name}-{task}-{method}-{drawing.experiment.seeds[0]}")
-        for task in drawing.experiment.tasks
-        for method in drawing.methods(figure.methods)
+        (f"{one.task} · {one.compared.name}", one.run_id)
+        for one in experiment.planned()
+        if one.seed == experiment.seeds[0] and one.compared.name in methods
     ]
     return query_sheet(runs, drawing.data, figure.sessions, figure.queries, drawing.path(figure.file))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import platform
 from collections import defaultdict
@@ -15,7 +16,8 @@ import pyarrow.parquet as pq
 
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment, runs_of_experiment
-from labels_db.models import Run
+from labels_db.feedback_progress import feedback_progress_of
+from labels_db.models import Run, RunState
 from labels_db.records import evaluations_of
 
 PACKAGES = (
@@ -33,23 +35,45 @@ Curve = list[tuple[int, float]]
 """(step, value) of every evaluation of one run."""
 
 
-def write_results(experiment: Experiment, data: DataFolder) -> Path:
-    """Everything recorded so far of the experiment's runs; returns the folder."""
+def results_folder(experiment: Experiment, data: DataFolder) -> Path:
     folder = data.path / "experiments" / experiment.name
     folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def write_provenance(experiment: Experiment, data: DataFolder) -> None:
+    """What is run, and by which versions: at the time of running, not of drawing."""
+    folder = results_folder(experiment, data)
+    _write(folder / "experiment.json", (experiment.model_dump_json(indent=1) + "\n").encode())
+    _write(folder / "versions.json", (json.dumps(versions(), indent=1) + "\n").encode())
+
+
+def write_results(experiment: Experiment, data: DataFolder) -> Path:
+    """Everything recorded so far of the experiment's runs; returns the folder."""
+    folder = results_folder(experiment, data)
     rows = list(_rows(experiment, data))
     if rows:
-        pq.write_table(pa.Table.from_pylist(rows), folder / "results.parquet")
-    (folder / "experiment.json").write_text(experiment.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    (folder / "versions.json").write_text(json.dumps(versions(), indent=1) + "\n", encoding="utf-8")
+        columns = dict.fromkeys(name for row in rows for name in row)  # a task's own measures too
+        file = io.BytesIO()
+        pq.write_table(pa.table({name: [row.get(name) for row in rows] for name in columns}), file)
+        _write(folder / "results.parquet", file.getvalue())
     return folder
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Whole or not at all."""
+    partial = path.with_name(f"{path.name}.part")
+    partial.write_bytes(content)
+    partial.replace(path)
 
 
 def _rows(experiment: Experiment, data: DataFolder) -> Iterator[dict[str, Any]]:
     database = data.open_database()
     with database.read() as session:
-        for run in runs_of_experiment(session, experiment.name):
-            known = _of_the_run(run)
+        runs = runs_of_experiment(session, experiment.name)
+        progress = feedback_progress_of(session, runs)
+        for run in runs:
+            known = {**_of_the_run(run), "answers": progress[run.id].preferences}
             for lived in evaluations_of(session, run.id):
                 yield {**known, "step": lived.step, "return": lived.mean_return, **lived.measures}
     database.close()
@@ -92,15 +116,21 @@ class Results:
     def curves(self, task: str, method: str, measure: str) -> Mapping[int, Curve]:
         """Each seed's curve."""
         found: dict[int, Curve] = defaultdict(list)
-        for row in self.rows:
-            if (row["task"], row["method"]) == (task, method) and row.get(measure) is not None:
+        for row in self._of(task, method):
+            if row.get(measure) is not None:
                 found[row["seed"]].append((row["step"], row[measure]))
         return {seed: sorted(curve) for seed, curve in sorted(found.items())}
 
     def last(self, task: str, method: str, measure: str) -> Mapping[int, float]:
-        """Each seed's value at its last evaluation."""
-        return {seed: curve[-1][1] for seed, curve in self.curves(task, method, measure).items()}
+        """The value at the last evaluation of each seed that has finished."""
+        over = {row["seed"] for row in self._of(task, method) if row["state"] == RunState.FINISHED}
+        curves = self.curves(task, method, measure)
+        return {seed: curve[-1][1] for seed, curve in curves.items() if seed in over}
 
-    def budget(self, task: str, method: str) -> int:
-        """Labels that the method was given on the task."""
-        return max((r["budget"] for r in self.rows if (r["task"], r["method"]) == (task, method)), default=0)
+    def answers(self, task: str, method: str) -> float:
+        """Preferences that a seed learned from in the end, on average."""
+        by_seed = {row["seed"]: row["answers"] for row in self._of(task, method)}
+        return float(sum(by_seed.values())) / max(len(by_seed), 1)
+
+    def _of(self, task: str, method: str) -> Iterator[dict[str, Any]]:
+        return (row for row in self.rows if (row["task"], row["method"]) == (task, method))
