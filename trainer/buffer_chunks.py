@@ -75,8 +75,7 @@ class BufferChunks:
         data = bytes(save_arrays({name: np.ascontiguousarray(array) for name, array in arrays.items()}))
         digest = sha256(data)
         key = f"{self.folder}/{digest}.safetensors"
-        if not self.store.exists(key):
-            self.store.write(key, data)
+        self.store.write(key, data)  # also where a file of that name is: it may be a damaged one
         return {"key": key, "sha256": digest}
 
     def _restore(self, buffer: ReplayBuffer, chunk: Chunk, added: int) -> None:

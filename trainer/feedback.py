@@ -69,12 +69,12 @@ class RecordedFits:
         """Nothing was posted."""
 
 
-SCHEDULES: dict[str, Callable[[int, int], float]] = {
-    "constant": lambda _step, _total: 1.0,
-    "decreasing": lambda step, total: (total - step) / total,
-    "increasing": lambda step, total: total / (total - step + 1),
+SCHEDULES: dict[str, Callable[[int, int, int], int]] = {
+    "constant": lambda first, _step, _total: first,
+    "decreasing": lambda first, step, total: first * (total - step) // total,
+    "increasing": lambda first, step, total: first * total // (total - step + 1),
 }
-"""M's share of its first value at a step of the run's total (algorithm, section 5)."""
+"""M, rounded down, from its first value, at a step of the run's total (algorithm, section 5)."""
 
 
 class EveryKSteps:
@@ -103,8 +103,8 @@ class EveryKSteps:
 
     def queries(self, step: int) -> int:
         """M of the session at that step: rounded down, at least 1."""
-        share = SCHEDULES[self.config.schedule](step, self.last_step)
-        return max(1, int(self.config.queries_per_session * share))
+        wanted = SCHEDULES[self.config.schedule](self.config.queries_per_session, step, self.last_step)
+        return max(1, wanted)
 
 
 class AlwaysReady:

@@ -243,7 +243,9 @@ class Passes:
         if not self.network.normalised:
             return Layer(value, delta, slope)
         affine = self._take(f"affine {index}", count, width)
-        moments = self.room.take(f"moments {index}", (2, self.network.members, count, 1), self.precision)
+        # PyTorch keeps them in the values' precision on a CPU, and always exactly on a GPU.
+        kept = self.precision if self.room.device.type == "cpu" else torch.float32
+        moments = self.room.take(f"moments {index}", (2, self.network.members, count, 1), kept)
         return NormalisedLayer(affine, value, delta, moments, slope)
 
     def _take(self, name: str, count: int, width: int) -> Tensor:

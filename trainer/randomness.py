@@ -46,8 +46,19 @@ class Randomness:
         }
 
     def load(self, state: dict[str, Any]) -> None:
-        """Set the states in place: parts that hold a generator already go on from them."""
+        """Set the states in place: parts that hold a generator already go on from them.
+
+        A GPU's generators are others than a CPU's: a run that moves between them draws anew from its seed.
+        """
         for name, bits in state["torch"].items():
-            self.torch(name).set_state(bits)
+            generator = self.torch(name)
+            if len(bits) == len(generator.get_state()):
+                generator.set_state(bits)
+            else:
+                generator.manual_seed(derived_seed(self.seed, "moved", name, sha256(bits)))
         for name, bits in state["numpy"].items():
             self.numpy(name).bit_generator.state = bits
+
+
+def sha256(bits: torch.Tensor) -> str:
+    return hashlib.sha256(bits.numpy().tobytes()).hexdigest()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -44,11 +45,20 @@ class Replayed:
         )
 
 
+class ReachedError(Exception):
+    """The training stands where the recorded one was kept."""
+
+
 class UntilStep(NoUpkeep):
     """Upkeep that keeps nothing, but ends the training at a step."""
 
-    def __init__(self, advance: Callable[[int], None]) -> None:
+    def __init__(self, step: int, advance: Callable[[int], None]) -> None:
+        self.step = step
         self.advance = advance
+
+    def before_step(self, training: Training) -> None:
+        if training.step >= self.step:
+            raise ReachedError
 
     def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         self.advance(len(transitions.actions))
@@ -69,9 +79,10 @@ def replay(database: Database, store: ArtifactStore, run_id: str, advance: Calla
     if manifest is None:
         raise CheckpointError(f"run {run_id}: has no checkpoint yet, so there is nothing to compare with")
     recorded = checkpoints.state(manifest)
-    repeated = config.model_copy(update={"total_steps": recorded["step"], "device": "cpu", "threads": 1})
-    training = replayed_run(repeated, database, store, run_id, UntilStep(advance))
-    training.train()
+    repeated = config.model_copy(update={"device": "cpu", "threads": 1})
+    training = replayed_run(repeated, database, store, run_id, UntilStep(recorded["step"], advance))
+    with contextlib.suppress(ReachedError):
+        training.train()
     while training.fits < recorded["fits"]:  # the checkpoint was taken right after a fit at this very step
         cursor = training.feedback.before_step(training.step)
         if cursor is None:

@@ -73,8 +73,6 @@ Pair = tuple[SegmentData, SegmentData]
 class PairSampler:
     """Draws pairs of disjoint segments: episodes uniform, starts uniform in [0, L − H]."""
 
-    REDRAWS = 1000
-
     def __init__(self, pool: EpisodePool, length: int, rng: np.random.Generator) -> None:
         self.pool = pool
         self.length = length
@@ -91,15 +89,28 @@ class PairSampler:
         return self.length * sum(e.true_return for e in latest) / sum(map(len, latest))
 
     def draw(self, count: int) -> list[Pair]:
+        """Pairs; ValueError where there is none to draw."""
         episodes = self.pool.at_least(self.length)
+        if not self.can_draw():
+            raise ValueError(f"no two disjoint segments of {self.length} steps in {len(episodes)} episodes")
+        if len(episodes) == 1:
+            return [self._pair_within(episodes[0]) for _ in range(count)]
         return [self._pair(episodes) for _ in range(count)]
 
     def _pair(self, episodes: list[FinishedEpisode]) -> Pair:
-        for _ in range(self.REDRAWS):
+        """Drawn again until they are disjoint: of two episodes or more, soon."""
+        while True:
             first, second = self._segment(episodes), self._segment(episodes)
             if first.episode is not second.episode or abs(first.start - second.start) >= self.length:
                 return first, second
-        raise ValueError(f"no two disjoint segments of {self.length} steps in {len(episodes)} episodes")
+
+    def _pair_within(self, episode: FinishedEpisode) -> Pair:
+        """Uniform over the disjoint pairs of one episode, however few there are."""
+        places = len(episode) - 2 * self.length + 2
+        one, other = self.rng.choice(places, 2, replace=False)
+        starts = (one, other + self.length - 1) if one < other else (one + self.length - 1, other)
+        first, second = (SegmentData(episode, int(start), self.length) for start in starts)
+        return first, second
 
     def _segment(self, episodes: list[FinishedEpisode]) -> SegmentData:
         episode = episodes[self.rng.integers(len(episodes))]

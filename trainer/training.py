@@ -138,14 +138,16 @@ class Training:
     def begin_with_reward(self) -> None:
         """What the critics learned was the intrinsic reward: begin anew; the actor stays."""
         if isinstance(self.config.exploration, StateEntropy):
-            self.agent.begin_anew(self.config.exploration.reset_updates if self.can_learn() else 0)
+            updates = self.config.exploration.reset_updates if self.can_learn() else 0
+            self.agent.begin_anew(updates, self.intrinsic)
             self.began_at = self.step  # these were this step's updates
 
     # The agent -----------------------------------------------------------------------------------
 
     def can_learn(self) -> bool:
         """After the random steps; an extended run without its buffer first gathers as many again."""
-        return len(self.agent.buffer) >= max(self.config.exploration.seed_steps, 2)
+        buffer = self.agent.buffer
+        return len(buffer) >= max(min(self.config.exploration.seed_steps, buffer.capacity), 2)
 
     def update(self) -> Losses | None:
         """On the intrinsic reward while there is no other; else on the stored one."""

@@ -47,9 +47,11 @@ class Settings:
     updates_per_step: int = 1
 
 
-def agent(width: int, batch: int, device: torch.device, precision: torch.dtype) -> SACAgent:
+def agent(
+    width: int, batch: int, device: torch.device, precision: torch.dtype, *, normalised: bool = False
+) -> SACAgent:
     """A learner whose buffer holds noise."""
-    settings = cast("Any", Settings(width, batch))
+    settings = cast("Any", Settings(width, batch, layer_norm=normalised))
     made = SACAgent(settings, OBSERVATION, ACTION, LIVED, Randomness(0), device, precision)
     made.buffer.table.normal_(generator=Randomness(1).torch("rows", device)).clamp_(-1, 1)
     made.buffer.not_terminated.fill_(1.0)

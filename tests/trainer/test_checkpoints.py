@@ -96,6 +96,15 @@ def test_a_checkpoint_costs_its_new_rows_only(store: ArtifactStore, monkeypatch:
     assert len(set(store.keys("chunks")) - written) == 2  # the last chunk and the rewards
 
 
+def test_a_torn_chunk_is_written_again(store: ArtifactStore) -> None:
+    buffer, chunks = ReplayBuffer(100, 2, 1), BufferChunks(store, "chunks", 1)
+    fill(buffer, 60, 1, np.random.default_rng(0))
+    (torn,) = chunks.save(buffer)["chunks"]
+    store.write(torn["key"], b"torn")
+    manifest = BufferChunks(store, "chunks", 1).save(buffer)  # a later attempt
+    BufferChunks(store, "chunks", 1).load(ReplayBuffer(100, 2, 1), manifest)
+
+
 def test_old_checkpoints_go_with_what_only_they_needed(lab: Lab) -> None:
     lab.request(small_config(total_steps=1200, checkpoints__keep_buffer=True))
     lab.live()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -181,7 +182,11 @@ def test_an_update_by_hand_equals_one_under_autograd(
     for _ in range(3):
         plain.update()
         by_hand.update()
-    assert relative(by_hand.target_critic.twins.flat, plain.target_critic.twins.flat) < 1e-3
+    began = agent("plain", *sizes, normalised, seed)
+    for network in ("critic.twins", "target_critic.twins", "actor.trunk"):
+        ours, theirs, before = (attrgetter(network)(one).flat.detach() for one in (by_hand, plain, began))
+        # Adam's first steps are of one size however small the gradient, so that rounding may turn a few about.
+        assert float((ours - theirs).norm() / (theirs - before).norm()) < 0.05
 
 
 def test_flat_adam_is_adam() -> None:

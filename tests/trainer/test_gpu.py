@@ -22,6 +22,7 @@ from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
 from trainer.exploration import RunningDeviation
 from trainer.neighbours import neighbour_distance, plain_neighbour_distance
+from trainer.randomness import Randomness
 
 ROOT = Path(__file__).parents[2]
 on_a_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
@@ -58,6 +59,20 @@ def test_the_benchmark_measures_the_agent_that_runs_have() -> None:
     assert vars(Settings(8, 8)) == defaults
 
 
+def test_a_run_that_moves_to_another_kind_of_device_draws_anew_from_its_seed() -> None:
+    streams = Randomness(1)
+    streams.torch("agent sampling")
+    state = streams.state()
+    state["torch"]["agent sampling"] = torch.zeros(16, dtype=torch.uint8)  # as a GPU's generator says it
+    moved = [Randomness(1) for _ in range(2)]
+    for one in moved:
+        one.torch("agent sampling")
+        one.load(state)
+    first, second = (torch.rand(3, generator=one.torch("agent sampling")) for one in moved)
+    assert torch.equal(first, second)
+    assert not torch.equal(first, torch.rand(3, generator=streams.torch("agent sampling")))
+
+
 def gpu_agents() -> tuple[SACAgent, SACAgent]:
     """One that captures its updates and one that makes them plainly, otherwise alike."""
     device = torch.device("cuda")
@@ -77,10 +92,22 @@ def test_captured_updates_equal_plain_ones() -> None:
 
 
 @on_a_gpu
+@pytest.mark.parametrize("normalised", [False, True])
+def test_captured_updates_in_bfloat16_stay_close(normalised: bool) -> None:
+    """Weights rounded anew after every step are where a graph could go on with stale ones."""
+    precisions = (torch.float32, torch.bfloat16)
+    exact, rounded = (made(256, 256, torch.device("cuda"), p, normalised=normalised) for p in precisions)
+    for _ in range(30):
+        expected, found = exact.update().read(), rounded.update().read()
+    assert found["critic_loss"] == pytest.approx(expected["critic_loss"], rel=0.1)
+
+
+@on_a_gpu
 def test_a_captured_update_goes_on_from_a_loaded_state() -> None:
     captured, other = gpu_agents()
     for _ in range(10):
         captured.update()
+    for _ in range(30):
         other.update()
     captured.load(other.state())
     captured._sampling.set_state(other._sampling.get_state())

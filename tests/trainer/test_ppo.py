@@ -8,15 +8,19 @@ import numpy as np
 import pytest
 import torch
 
+from labels_db.models import RunState
 from labels_db.run_config import RunConfig
-from tests.trainer.conftest import small_config
+from tests.trainer.conftest import RUN, Lab, small_config
 from tests.trainer.given import lived
+from tests.trainer.whole_runs import live_until
 from trainer.agents.normaliser import Normaliser
 from trainer.agents.ppo import PPOAgent
 from trainer.agents.registry import make_agent, policy_layers
 from trainer.collector import Transitions
 from trainer.policy_layers import roll_out
 from trainer.randomness import Randomness
+from trainer.replay import replay
+from trainer.replay_buffer import Batch
 from trainer.state_tree import pack, unpack
 
 N, T = 3, 8
@@ -125,9 +129,9 @@ def test_it_goes_on_from_its_state_in_the_middle_of_a_rollout(noise: bool, steps
     one, other = agent(**settings), agent(**settings)
     live(one, steps)
     values, arrays = pack(one.state())
-    other.load(unpack(values, arrays))
     other.buffer.table.copy_(one.buffer.table)
     other.buffer.added = one.buffer.added
+    other.load(unpack(values, arrays))
     ends = []
     for learner in (one, other):
         live(learner, 2 * T, seed=1)
@@ -157,11 +161,46 @@ def test_beginning_anew_keeps_the_policy_and_forgets_the_values() -> None:
     live(learner, 3)  # in the middle of the next rollout
     seen = np.ones((N, D), np.float32)
     actions, values = learner.act(seen, explore=False), learner._values(seen)
-    learner.begin_anew(100)
+    learner.begin_anew(100, None)
     assert learner.rollout.filled == 0  # its values were the old network's
     np.testing.assert_array_equal(learner.act(seen, explore=False), actions)
     assert np.abs(learner._values(seen) - values).min() > 1e-4
     assert learner.state()["optimizer"] == {}
+
+
+def test_a_complete_rollout_is_learned_from_before_beginning_anew() -> None:
+    learner, seen = agent(), np.ones((N, D), np.float32)
+    live(learner, T)
+    before, rewarded = learner.act(seen, explore=False), []
+
+    def other_reward(batch: Batch) -> torch.Tensor:
+        rewarded.append(len(batch.rows))
+        return batch.reward + 1
+
+    learner.begin_anew(100, other_reward)
+    assert rewarded == [T * N]
+    assert np.abs(learner.act(seen, explore=False) - before).max() > 0
+
+
+@pytest.mark.parametrize("steps", [T - 3, T])
+def test_it_begins_a_rollout_where_its_transitions_are_gone(steps: int) -> None:
+    """As a finished run that is extended: it has kept its networks and dropped its rows."""
+    learner, extended = agent(), agent()
+    live(learner, steps)
+    extended.load(learner.state())
+    assert extended.rollout.filled == 0
+    live(extended, T)
+    losses = extended.learn(None, N)
+    assert losses is not None
+    rewards = extended.buffer.latest(T * N).reward
+    assert losses.read()["batch_reward"] == pytest.approx(float(rewards.mean()))
+
+
+def test_a_stopped_run_whose_clip_range_shrinks_repeats_exactly(lab: Lab) -> None:
+    settings = {"agent__clip_schedule": "linear", "reward__kind": "true", "feedback__kind": "none"}
+    lab.request(config(**settings, total_steps=600))
+    assert live_until(lab, 300) is RunState.STOPPED
+    assert replay(lab.database, lab.store, RUN, lambda _steps: None).same
 
 
 def test_its_policy_as_layers_says_the_same() -> None:

@@ -102,6 +102,11 @@ def test_k_center_begins_with_any_pair_while_nothing_has_been_asked() -> None:
     assert all(other.score for other in others)
 
 
+def test_a_schedule_rounds_down_but_not_its_own_rounding() -> None:
+    config = Sessions.model_validate({"schedule": "decreasing", "queries_per_session": 100})
+    assert EveryKSteps(config, last_step=500_000).queries(210_000) == 58  # 100 · 0.58 is 57.99… in binary
+
+
 @pytest.mark.parametrize(
     ("schedule", "expected"),
     [

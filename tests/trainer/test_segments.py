@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -48,6 +50,28 @@ def test_pairs_are_whole_and_disjoint_whenever_there_are_any(lengths: list[int],
             assert segment.states.shape == (h, 4)
         if first.episode is second.episode:
             assert abs(first.start - second.start) >= h
+
+
+def test_of_one_episode_every_disjoint_pair_is_drawn_equally_often() -> None:
+    (lone,) = (pool_of(9),)
+    drawn = Counter((a.start, b.start) for a, b in PairSampler(lone, 4, np.random.default_rng(0)).draw(6000))
+    every = {(a, b) for a in range(6) for b in range(6) if abs(a - b) >= 4}
+    assert set(drawn) == every
+    assert all(abs(count - 6000 / len(every)) < 200 for count in drawn.values())
+
+
+def test_the_only_pair_of_an_episode_is_found() -> None:
+    pairs = PairSampler(pool_of(100), 50, np.random.default_rng(0)).draw(20)
+    assert {tuple(sorted((a.start, b.start))) for a, b in pairs} == {(0, 50)}
+
+
+def test_an_average_segment_earns_its_share_of_the_last_episodes() -> None:
+    pool = pool_of(10, 20, 30)
+    lived = list(pool.episodes)[1:]
+    expected = 5 * sum(float(e.rewards.sum()) for e in lived) / 50
+    assert PairSampler(pool, 5, np.random.default_rng(0)).average_return(2) == pytest.approx(
+        expected, rel=1e-5
+    )
 
 
 def test_every_start_is_drawn_the_last_one_too() -> None:

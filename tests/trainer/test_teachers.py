@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labels_db.models import Choice
+from labels_db.models import Choice, Segment
 from labels_db.run_config import Equal, Mistaken, Myopic, Oracle, Scripted, Skipping, Stochastic
-from trainer.teachers import KINDS, judge, scripted_teacher_named
+from labels_db.storage import ArtifactStore
+from trainer.episodes import FinishedEpisode
+from trainer.segments import SegmentData
+from trainer.teachers import KINDS, ScriptedTeacher, judge, scripted_teacher_named
 
 MANY = 20_000
 returns = st.floats(-100, 100, allow_nan=False)
@@ -73,6 +77,16 @@ def test_an_equal_teacher_does_not_tell_small_differences() -> None:
 def test_a_myopic_teacher_goes_by_what_it_feels() -> None:
     rng = np.random.default_rng(0)
     assert judge(Myopic(), (5.0, 4.0), (1.0, 2.0), 1.0, rng) is Choice.SECOND
+
+
+@pytest.mark.parametrize(("discount", "felt"), [(1.0, 7.0), (0.5, 0.25 * 1 + 0.5 * 2 + 4)])
+def test_a_myopic_teacher_feels_the_last_steps_most(tmp_path: Path, discount: float, felt: float) -> None:
+    rows = np.zeros((3, 2), np.float32)
+    lived = FinishedEpisode(0, 0, 0, rows, rows, np.array([1, 2, 4], np.float32), rows)
+    store = ArtifactStore(str(tmp_path))
+    checksum = store.write("segment", SegmentData(lived, 0, 3).to_bytes())
+    segment = Segment(artifact_key="segment", checksum=checksum, true_return=7.0)
+    assert ScriptedTeacher(Myopic(discount=discount), store, 0)._felt(segment) == pytest.approx(felt)
 
 
 def test_a_tie_is_equal_or_as_in_the_authors_code_the_first() -> None:

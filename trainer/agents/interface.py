@@ -41,8 +41,8 @@ class Agent(Protocol):
     def learn(self, reward: BatchReward | None, steps: int) -> Losses | None:
         """The updates due after so many steps, on the stored reward unless another is given; None: none was."""
 
-    def begin_anew(self, updates: int) -> None:
-        """Forget how much was expected of a reward that is no more; then so many updates on the new one."""
+    def begin_anew(self, updates: int, reward: BatchReward | None) -> None:
+        """Forget how much was expected of `reward`, which is no more; then so many updates on the new one."""
 
     def relabel(self, reward: RewardFunction, between_parts: Callable[[], None]) -> None:
         """Write the reward of every stored transition anew."""
@@ -51,4 +51,4 @@ class Agent(Protocol):
         """Everything but the buffer's rows, which checkpoints keep in chunks."""
 
     def load(self, state: dict[str, Any]) -> None:
-        """Go on from a state."""
+        """Go on from a state; the buffer is filled again before."""

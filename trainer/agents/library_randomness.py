@@ -15,26 +15,42 @@ from trainer.randomness import derived_seed
 class LibraryRandomness:
     """Global generators that are ours for a while: `with luck():` goes on where the last time ended."""
 
-    def __init__(self, seed: int, name: str) -> None:
-        self._numpy = np.random.RandomState(derived_seed(seed, "library", name)).get_state(legacy=False)
-        self._torch = torch.Generator().manual_seed(derived_seed(seed, "library torch", name)).get_state()
+    def __init__(self, seed: int, name: str, device: torch.device) -> None:
+        self._device = device
+        drawn = derived_seed(seed, "library torch", name)
+        self._ours: dict[str, Any] = {
+            "numpy": np.random.RandomState(derived_seed(seed, "library", name)).get_state(legacy=False),
+            "torch": torch.Generator().manual_seed(drawn).get_state(),
+        }
+        if device.type == "cuda":
+            self._ours["cuda"] = torch.Generator(device).manual_seed(drawn).get_state()
 
     @contextmanager
     def __call__(self) -> Iterator[None]:
-        theirs = np.random.get_state(legacy=False), torch.get_rng_state()
-        self._enter(self._numpy, self._torch)
+        theirs = self._leave()
+        self._enter(self._ours)
         try:
             yield
         finally:
-            self._numpy, self._torch = np.random.get_state(legacy=False), torch.get_rng_state()
-            self._enter(*theirs)
+            self._ours = self._leave()
+            self._enter(theirs)
 
-    def _enter(self, numpy: Any, torch_state: torch.Tensor) -> None:
-        np.random.set_state(numpy)
-        torch.set_rng_state(torch_state)
+    def _leave(self) -> dict[str, Any]:
+        """Where the global generators stand."""
+        states = {"numpy": np.random.get_state(legacy=False), "torch": torch.get_rng_state()}
+        if self._device.type == "cuda":
+            states["cuda"] = torch.cuda.get_rng_state(self._device)
+        return states
+
+    def _enter(self, states: dict[str, Any]) -> None:
+        np.random.set_state(states["numpy"])
+        torch.set_rng_state(states["torch"])
+        if self._device.type == "cuda":
+            torch.cuda.set_rng_state(states["cuda"], self._device)
 
     def state(self) -> dict[str, Any]:
-        return {"numpy": self._numpy, "torch": self._torch}
+        return self._ours
 
     def load(self, state: dict[str, Any]) -> None:
-        self._numpy, self._torch = state["numpy"], state["torch"]
+        """Go on from there; a generator that the other device did not have begins anew."""
+        self._ours = {name: state.get(name, mine) for name, mine in self._ours.items()}

@@ -16,7 +16,7 @@ class Normaliser:
     EPSILON = 1e-8
 
     def __init__(self, size: int, *, learns: bool) -> None:
-        """Without `learns` observations pass as they are, but for the bounds."""
+        """Without `learns` observations pass as they are."""
         self.learns = learns
         self.count = 0
         self.mean = np.zeros(size)
@@ -35,7 +35,7 @@ class Normaliser:
 
     def __call__(self, observations: NDArray[np.float32]) -> NDArray[np.float32]:
         """[N, D] → [N, D]."""
-        return self.layer()(observations)
+        return self.layer()(observations) if self.learns else observations
 
     def layer(self) -> PolicyLayer:
         """The same as the first layer of a policy."""

@@ -52,7 +52,7 @@ class PPOAgent:
         self.environments = config.environments
         known = config.catalogue_entry
         self._sizes = (known.observation_size, known.action_size)
-        self._luck = LibraryRandomness(randomness.seed, "ppo")
+        self._luck = LibraryRandomness(randomness.seed, "ppo", device)
         self._library = self._new_library(device)
         self.normaliser = Normaliser(known.observation_size, learns=self.config.normalise_observations)
         self.buffer = ReplayBuffer(config.agent.transitions_kept(config), *self._sizes, device)
@@ -93,13 +93,14 @@ class PPOAgent:
     def _clip_range(self, remaining: float) -> float:
         return self.config.clip_range * (remaining if self.config.clip_schedule == "linear" else 1.0)
 
-    def begin_anew(self, updates: int) -> None:
+    def begin_anew(self, updates: int, reward: BatchReward | None) -> None:
         """A new value network and a new optimiser; the policy stays.
 
-        The unfinished rollout goes too, since its values are those of the old network; without one there is
-        nothing to update on.
+        A complete rollout is learned from first. An unfinished one goes, since its values are those of the old
+        network; without one there is nothing to update on.
         """
         del updates
+        self.learn(reward, 0)
         old = self._library
         self._library = self._new_library(old.device)
         kept = {name: weights for name, weights in old.policy.state_dict().items() if _of_the_policy(name)}
@@ -210,6 +211,8 @@ class PPOAgent:
         self._luck.load(state["luck"])
         self.normaliser.load(state["normaliser"])
         self.rollout.load(state["rollout"])
+        if len(self.buffer) < self.rollout.filled * self.environments:
+            self.rollout.filled = 0  # a finished run that was extended has dropped the transitions
         self._library._n_updates = state["updates"]
         self.steps, self._starts, self._following = state["steps"], state["starts"], state["following"]
 

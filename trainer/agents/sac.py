@@ -87,11 +87,13 @@ class SACAgent:
         by_hand = UpdateByHand(self, self.precision)
         self._update: Update = CapturedUpdate(by_hand) if self.device.type == "cuda" else by_hand
 
-    def begin_anew(self, updates: int) -> None:
+    def begin_anew(self, updates: int, reward: BatchReward | None) -> None:
         """New critics, and so many updates of them; the actor stays."""
+        del reward  # every transition stays: there is nothing to finish first
         self.reset_critic()
         for _ in range(updates):
             self.update()
+        self._explorer.follow()
 
     # Acting and remembering ----------------------------------------------------------------------
 
