@@ -18,9 +18,8 @@ def add_environment(name: str, data: DataFolder, title: str | None, goal: str | 
     """Try an environment of Gymnasium and add it to the folder's catalogue."""
     from trainer.environments.trial import add
 
-    shows = goal or "Prefer the clip in which the robot comes closer to what it is for."
     try:
-        added = add(data.catalogue_path, name, title or name.partition(":")[2], shows)
+        added = add(data.catalogue_path, name, title, goal)
     except (ValueError, ModuleNotFoundError) as error:
         raise UsageError(str(error)) from error
     typer.echo(f"{name}: added to {data.catalogue_path} ({_episode(added)} an episode).")

@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from labels_db.data_folder import DataFolder
+from labels_db.runs import get_run
 from trainer.extensions import installed
 
 ROOT = Path(__file__).parents[2]
@@ -100,6 +102,12 @@ def test_a_behaviour_of_ones_own(site: Path, tmp_path: Path) -> None:
     )
     assert (result["state"], result["answers"]) == ("finished", 8)
     assert result["measures"].keys() == {"speed"}
+    database = DataFolder(tmp_path).open_database()
+    with database.read() as session:
+        run = get_run(session, result["run"])
+        assert run.title == "Pendulum · hang still"  # not the preset's, a cart pole
+        assert [card.text for card in run.goal_cards] == ["Prefer the clip in which the pendulum moves less."]
+    database.close()
 
 
 def test_what_is_not_installed_is_told_with_what_is() -> None:

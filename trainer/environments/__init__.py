@@ -35,6 +35,7 @@ __all__ = [
     "Observation",
     "PhysicsState",
     "Scene",
+    "behaviour_named",
     "make_environment",
     "without_gl",
 ]
@@ -75,11 +76,14 @@ def _task(config: DMControl) -> Environment:
 def _behaviour(config: Behaviour) -> Environment:
     with without_gl():
         from trainer.environments.suite import SuiteEnvironment
-    behaviour = BEHAVIOURS.get(config.behaviour) or _installed_behaviour(config.behaviour)
+    behaviour = behaviour_named(config.behaviour)
     return SuiteEnvironment(behaviour.task, config.action_repeat, behaviour.make_wish(), behaviour.start)
 
 
-def _installed_behaviour(name: str) -> BehaviourSpec:
+def behaviour_named(name: str) -> BehaviourSpec:
+    """Ours, or an installed package's; ValueError names the ones there are."""
+    if name in BEHAVIOURS:
+        return BEHAVIOURS[name]
     try:
         found: BehaviourSpec = installed(extensions.BEHAVIOURS, name)
     except ValueError as error:

@@ -10,7 +10,7 @@ import numpy as np
 
 from labels_db.catalogue import CatalogueEntry, as_text, read
 from labels_db.run_config import Behaviour, EnvironmentConfig, Gymnasium, InstalledEnvironment
-from trainer.environments import Action, Environment, make_environment
+from trainer.environments import Action, Environment, behaviour_named, make_environment
 from trainer.environments.catalogue import measure
 
 EPISODES = 5
@@ -29,8 +29,11 @@ ADDED: Mapping[str, Callable[[str], EnvironmentConfig]] = MappingProxyType(
 """Families of which an installation may have members of its own."""
 
 
-def add(path: Path, name: str, title: str, goal: str) -> CatalogueEntry:
-    """Try the environment of that name and add it to the catalogue in the file, or replace it there."""
+def add(path: Path, name: str, title: str | None = None, goal: str | None = None) -> CatalogueEntry:
+    """Try the environment of that name and add it to the catalogue in the file, or replace it there.
+
+    Without words for people, a behaviour brings its own; others are called as they are named.
+    """
     family, _, called = name.partition(":")
     if family not in ADDED:
         raise ValueError(
@@ -39,13 +42,22 @@ def add(path: Path, name: str, title: str, goal: str) -> CatalogueEntry:
     config = ADDED[family](called)
     first, second = make_environment(config), make_environment(config)
     check_goes_on(name, first, second)
-    added = measure(config, title, goal, ends_early=ends_early(first))
+    own_title, own_goal = words(family, called)
+    added = measure(config, title or own_title, goal or own_goal, ends_early=ends_early(first))
     text = as_text({**read(path), name: added}.values())
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_suffix(".unfinished")
     unfinished.write_text(text, encoding="utf-8")
     unfinished.replace(path)
     return added
+
+
+def words(family: str, called: str) -> tuple[str, str]:
+    """Title and goal of an environment that nobody has described."""
+    if family == "behaviour":
+        behaviour = behaviour_named(called)
+        return behaviour.title, behaviour.goal
+    return called, "Prefer the clip in which the robot comes closer to what it is for."
 
 
 def check_goes_on(name: str, first: Environment, second: Environment) -> None:
