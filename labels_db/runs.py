@@ -11,7 +11,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
-from sqlalchemy import Select, func, select
+from sqlalchemy import Select, func, select, true
 from sqlalchemy.orm import Session
 
 from labels_db.errors import AttemptLostError, ConflictError, NotFoundError
@@ -103,13 +103,13 @@ def note(session: Session, run: Run, text: str) -> None:
 def claim_run(
     session: Session, owner: str, *, max_parallel: int, now: datetime, experiment: str | None = None
 ) -> Claim | None:
-    """The oldest queued run, of that experiment if one is named, owned from now on by a new attempt.
+    """The oldest queued run, owned from now on by a new attempt; None when there is none or no room.
 
-    None when there is none or no room.
+    Of an experiment's runs alone if one is named: others then neither count nor wait.
     """
-    alive = session.scalar(select(func.count()).select_from(Run).where(Run.state.in_(ALIVE))) or 0
-    wanted = _queue() if experiment is None else _queue().where(Run.experiment == experiment)
-    run = None if alive >= max_parallel else session.scalar(wanted.limit(1))
+    ours = true() if experiment is None else Run.experiment == experiment
+    alive = session.scalar(select(func.count()).select_from(Run).where(Run.state.in_(ALIVE), ours)) or 0
+    run = None if alive >= max_parallel else session.scalar(_queue().where(ours).limit(1))
     return None if run is None else claim(session, run, owner, now=now)
 
 

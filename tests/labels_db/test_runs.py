@@ -55,6 +55,17 @@ def test_no_more_runs_are_claimed_than_may_be_alive(database: Database) -> None:
         assert runs.claim_run(session, "s", max_parallel=1, now=NOW) == Claim("two", 1)
 
 
+def test_an_experiment_s_runs_do_not_wait_for_others(database: Database) -> None:
+    with database.write() as session:
+        for name in ("other", "ours"):
+            given.a_run(session, name)
+        runs.get_run(session, "ours").experiment = "tiny"
+        assert runs.claim_run(session, "s", max_parallel=1, now=NOW) == Claim("other", 1)
+        assert runs.claim_run(session, "s", max_parallel=1, now=NOW) is None
+        claimed = [runs.claim_run(session, "s", max_parallel=1, now=NOW, experiment="tiny") for _ in range(2)]
+    assert claimed == [Claim("ours", 1), None]
+
+
 def test_only_a_queued_run_can_be_claimed(database: Database) -> None:
     with database.write() as session:
         given.a_claim(session)
