@@ -10,6 +10,7 @@ from labels_db.run_config import (
     SAC,
     DMControl,
     Evaluation,
+    LearnedReward,
     Oracle,
     RunConfig,
     Sessions,
@@ -25,6 +26,7 @@ class _Task:
     public_rate: float
     queries: int
     total_steps: int
+    laptop_steps: int
     few: FewLabels
     ppo: Settings
     ppo_queries: int
@@ -37,6 +39,7 @@ TASKS = (
         public_rate=5e-4,
         queries=140,
         total_steps=500_000,
+        laptop_steps=80_000,
         few=FewLabels(100, 10, 20_000, 500_000),
         ppo={
             "agent.learning_rate": "5e-5",
@@ -52,6 +55,7 @@ TASKS = (
         public_rate=5e-4,
         queries=140,
         total_steps=1_000_000,
+        laptop_steps=160_000,
         few=FewLabels(100, 10, 20_000, 1_000_000),
         ppo={
             "agent.learning_rate": "5e-5",
@@ -67,6 +71,7 @@ TASKS = (
         public_rate=1e-4,
         queries=70,
         total_steps=1_000_000,
+        laptop_steps=160_000,
         few=FewLabels(1000, 100, 30_000, 1_000_000),
         ppo={
             "agent.learning_rate": "1e-4",
@@ -112,12 +117,17 @@ def _as_published(task: _Task, *, rate: float, transform: str, tie: str) -> RunC
 
 
 def _laptop(task: _Task) -> RunConfig:
+    """Chosen by measurement on walker-walk: benchmarks/README.md."""
     return RunConfig(
-        environment=DMControl(task=task.name, action_repeat=2),
-        agent=SAC(width=256, batch_size=256, learning_rate=5e-4),
-        feedback=Sessions(teacher=Oracle(), budget=400, queries_per_session=40, steps_between=10_000),
-        evaluation=Evaluation(every=10_000, episodes=5),
-        total_steps=250_000,
+        environment=DMControl(task=task.name, action_repeat=4),
+        agent=SAC(width=128, batch_size=256, learning_rate=1e-3, temperature_learning_rate=1e-3),
+        reward=LearnedReward(batch_size=32),
+        exploration=StateEntropy(seed_steps=1000, explore_steps=4000),
+        feedback=Sessions(
+            teacher=Oracle(), budget=400, queries_per_session=40, steps_between=4000, pool_episodes=20
+        ),
+        evaluation=Evaluation(every=5000, episodes=5),
+        total_steps=task.laptop_steps,
     )
 
 
