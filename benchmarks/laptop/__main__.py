@@ -1,6 +1,6 @@
-"""`python -m benchmarks.laptop [--data DIR] [--seeds N]`: the sweep, its curves and its table.
+"""`python -m benchmarks.laptop [--data DIR] [--seeds N]`: the sweep, its picture and its table.
 
-Runs that the folder holds are not lived again, so it may be killed and started as often as one likes.
+The folder holds a file for each run. Runs that it holds are not lived again, so it may be killed and started as often as one likes.
 """
 
 from __future__ import annotations
@@ -89,8 +89,6 @@ def main() -> None:
     wanted = [(t, v, s) for s in range(1, chosen.seeds + 1) for v in VARIATIONS for t in TASKS]
     with ThreadPoolExecutor(chosen.parallel) as pool:
         runs = list(pool.map(lambda run: lived(chosen.data, *run), wanted))
-    text = json.dumps(runs, indent=None, separators=(",", ":")).replace('},{"task"', '},\n{"task"')
-    (RESULTS / "laptop.json").write_text(text + "\n", encoding="utf-8")
     plot(runs)
     print(table(runs))
 
