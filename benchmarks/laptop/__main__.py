@@ -1,6 +1,7 @@
 """`python -m benchmarks.laptop [--data DIR] [--seeds N]`: the sweep, its picture and its table.
 
-The folder holds a file for each run. Runs that it holds are not lived again, so it may be killed and started as often as one likes.
+The folder holds a file for each run. Runs that it holds are not lived again, so it may be killed and started as
+often as one likes.
 """
 
 from __future__ import annotations
