@@ -226,6 +226,8 @@ def test_only_finished_runs_have_an_end() -> None:
     rows = [recorded(), recorded(step=400, **{"return": 3.0}), recorded(seed=2, state="running")]
     assert Results(rows).last("cartpole-swingup", "sac", "return") == {1: 3.0}
     assert set(Results(rows).curves("cartpole-swingup", "sac", "return")) == {1, 2}
+    assert set(Results(rows).comparable("cartpole-swingup", "sac", "return")) == {1}
+    assert set(Results(rows[2:]).comparable("cartpole-swingup", "sac", "return")) == {2}
 
 
 def drawn(figure: Curves, rows: list[dict[str, Any]], folder: Path) -> Any:

@@ -78,7 +78,7 @@ def _curve(axes: Any, figure: Curves, task: str, method: str, drawing: Drawing) 
             end = SPREADS[figure.statistic](np.array(ends)[:, None])[0][0]
             label = f"{method} ({len(ends)}), at its end"
             axes.axhline(end, color=colour, linestyle=":", linewidth=1.5, label=label)
-    elif found := drawing.results.curves(task, method, figure.measure):
+    elif found := drawing.results.comparable(task, method, figure.measure):
         steps, values = aligned(list(found.values()))
         middle, low, high = SPREADS[figure.statistic](values)
         axes.plot(steps, middle, color=colour, linewidth=1.6, label=f"{method} ({len(values)})")

@@ -121,6 +121,11 @@ class Results:
                 found[row["seed"]].append((row["step"], row[measure]))
         return {seed: sorted(curve) for seed, curve in sorted(found.items())}
 
+    def comparable(self, task: str, method: str, measure: str) -> Mapping[int, Curve]:
+        """The curves of finished seeds; of all while none has finished, or one under way would cut the others off."""
+        found, over = self.curves(task, method, measure), self.last(task, method, measure)
+        return {seed: curve for seed, curve in found.items() if seed in over} or found
+
     def last(self, task: str, method: str, measure: str) -> Mapping[int, float]:
         """The value at the last evaluation of each seed that has finished."""
         over = {row["seed"] for row in self._of(task, method) if row["state"] == RunState.FINISHED}
