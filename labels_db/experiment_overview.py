@@ -115,6 +115,11 @@ class ExperimentOverview:
         """One for each seed."""
         return [seen for seen in self.runs if (seen.run.preset, seen.run.method) == (task, method)]
 
+    def counted(self, task: str, method: str) -> list[RunOverview]:
+        """What a mean is over: the seeds that have finished, since one under way would drag it down; or all."""
+        runs = self.runs_of(task, method)
+        return [seen for seen in runs if seen.run.state is RunState.FINISHED] or runs
+
     def results(self, measure: str) -> list[Result]:
         """Of every method on every task that it was asked to learn, task by task."""
         summary = self.summary
@@ -125,8 +130,9 @@ class ExperimentOverview:
         return [self._result(task, method, runs, measure) for task, method, runs in planned if runs]
 
     def _result(self, task: str, method: str, runs: Sequence[RunOverview], measure: str) -> Result:
-        values = [self.last_value(seen.run.id, measure) for seen in runs]
-        given = [seen.feedback.given for seen in runs if seen.run.id in self.last]
+        counted = self.counted(task, method)
+        values = [self.last_value(seen.run.id, measure) for seen in counted]
+        given = [seen.feedback.given for seen in counted if seen.run.id in self.last]
         return Result(
             task=task,
             method=method,
@@ -140,7 +146,7 @@ class ExperimentOverview:
 class Result:
     """What one method reached on one task, over its seeds.
 
-    `last` is of the last evaluation of every run that has one, `answers` how many those were given on average.
+    `last` is of the last evaluation of every run that is counted, `answers` how many those were given on average.
     """
 
     task: str

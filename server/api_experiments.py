@@ -67,7 +67,7 @@ def _experiment_out(summary: ExperimentSummary) -> ExperimentOut:
 
 
 def _result_out(shown: ExperimentOverview, result: Result, curves: Mapping[str, Curve]) -> ResultOut:
-    runs = [seen.run.id for seen in shown.runs_of(result.task, result.method)]
+    runs = [seen.run.id for seen in shown.counted(result.task, result.method)]
     return ResultOut(
         task=result.task,
         method=result.method,

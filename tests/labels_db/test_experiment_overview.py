@@ -71,11 +71,11 @@ def test_results_are_of_the_last_evaluations(session: Session) -> None:
     shown = experiment_overview(session, NAME)
     assert shown.measures == ["return", "success"]
     found = result(shown, TASKS[0], "pebble")
-    last = [shown.last[f"{NAME}-{TASKS[0]}-pebble-{seed}"].mean_return for seed in (1, 2, 3)]
+    last = [shown.last[f"{NAME}-{TASKS[0]}-pebble-{seed}"].mean_return for seed in (1, 2)]
     assert found.last is not None
-    assert found.last.mean == pytest.approx(sum(last) / 3)
-    assert (found.last.count, found.standing.finished, found.standing.going) == (3, 2, 1)
-    assert found.answers == pytest.approx((60 + 60 + 30) / 3)
+    assert found.last.mean == pytest.approx(sum(last) / 2)  # the third is still at it
+    assert (found.last.count, found.standing.finished, found.standing.going) == (2, 2, 1)
+    assert found.answers == 60
     assert result(shown, TASKS[0], "sac").answers == 0
 
 

@@ -32,7 +32,7 @@ def test_every_task_has_its_curves(opened: Page) -> None:
         chart = opened.locator(".chart", has=opened.get_by_role("heading", name=title))
         expect(chart.locator("canvas")).to_be_visible()
         legend = chart.locator(".u-legend")
-        for name in ("pebble, 3 seeds", "preference-ppo, 2 seeds", "sac, 2 seeds"):
+        for name in ("pebble, 2 seeds", "preference-ppo, 2 seeds", "sac, 2 seeds"):
             expect(legend.get_by_text(name)).to_be_visible()
         assert legend.locator("tr:visible").count() == 4  # the step and three methods; no seed by itself
     chart.hover()

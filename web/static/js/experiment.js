@@ -6,14 +6,14 @@ const overlays = new Map();
 
 const curve = ({ steps, values, means }) => new Map(steps.map((step, index) => [step, (values ?? means)[index]]));
 
-/** A method's mean, named after it, and under it the seeds that it is the mean of. */
-const linesOf = ({ methods, runs }, { task, method, curve: means }) => {
+/** A method's mean, named after it, and under it its seeds, also those that are not counted yet. */
+const linesOf = ({ methods, runs }, { task, method, evaluated, curve: means }) => {
   const place = methods.indexOf(method);
   const seeds = runs.filter((run) => run.task === task && run.method === method && run.curve.steps.length);
   const mean = { label: method, place, curve: curve(means) };
   if (seeds.length < 2) return [mean];
   const thin = seeds.map((run) => ({ label: run.id, place, curve: curve(run.curve), thin: true }));
-  return [...thin, { ...mean, label: `${method}, ${seeds.length} seeds` }];
+  return [...thin, { ...mean, label: `${method}, ${evaluated} ${evaluated === 1 ? "seed" : "seeds"}` }];
 };
 
 const draw = (found, task) => {
