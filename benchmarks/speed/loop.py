@@ -21,8 +21,8 @@ from trainer.neighbours import plain_neighbour_distance
 from trainer.training import NoUpkeep, Training
 
 CPU = torch.device("cpu")
-LIVED = 5000
-"""Steps in the buffer when timing begins."""
+EXPLORED, TRAINED = 5000, 1000
+"""Steps in the buffer when timing begins: the intrinsic reward searches them, an update draws from them."""
 
 
 class OneStepDone(Exception):  # noqa: N818  (it is no error)
@@ -49,8 +49,8 @@ class Stepper:
         profile: str | None = None,
         device: torch.device = CPU,
     ) -> None:
-        config = preset_named(preset).config(profile)
-        config = with_settings(config, {"precision": precision, "exploration.seed_steps": str(LIVED)})
+        config, lived = preset_named(preset).config(profile), EXPLORED if exploring else TRAINED
+        config = with_settings(config, {"precision": precision, "exploration.seed_steps": str(lived)})
         config = config.model_copy(update={"threads": torch.get_num_threads()})
         if plain:
             # Where it is imported to, since that is what exploration calls.
@@ -63,7 +63,7 @@ class Stepper:
             upkeep=Interrupting(),
             device=device,
         )
-        for _ in range(LIVED):
+        for _ in range(lived):
             self()
         self.training.exploring = exploring
         if plain:

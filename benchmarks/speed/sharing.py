@@ -17,7 +17,7 @@ import torch
 
 from benchmarks.speed.contest import Contestant, ours
 
-ROUNDS = 5
+ROUNDS = 3
 PAIRS = 140
 
 
@@ -79,7 +79,7 @@ def _train_and_draw() -> None:
     with Renderer(config.environment, config.clips) as renderer:
         renderer.clip(0, states[:length], config.step_seconds).result()
         for _ in range(ROUNDS):
-            alone = _rate(stepper, partial(_later, time.perf_counter() + 10))
+            alone = _rate(stepper, partial(_later, time.perf_counter() + 5))
             starts = [index % (len(states) - length) for index in range(2 * PAIRS // ROUNDS)]
             clips = [renderer.clip(0, states[at : at + length], config.step_seconds) for at in starts]
             print(alone, _rate(stepper, clips[-1].done), flush=True)
