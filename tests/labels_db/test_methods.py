@@ -92,3 +92,31 @@ def test_an_unknown_method_is_named_with_the_closest() -> None:
         ValueError, match="method 'pebble-no-relable': unknown; did you mean pebble-no-relabel"
     ):
         method_named("pebble-no-relable")
+
+
+@pytest.mark.parametrize("task", ["walker-walk", "cheetah-run", "quadruped-walk", "door-open", "window-open"])
+def test_with_few_labels_preference_ppo_is_given_no_more_than_pebble(task: str) -> None:
+    preset = preset_named(task)
+    given = []
+    for name in ("pebble", "preference-ppo"):
+        feedback = method_named(name).config(preset, "few-labels").feedback
+        assert isinstance(feedback, Sessions)
+        given.append((feedback.budget, feedback.queries_per_session))
+    assert given[0] == given[1]
+
+
+@pytest.mark.parametrize(
+    ("task", "profile", "batch"),
+    [
+        ("walker-walk", "paper", 128),
+        ("cheetah-run", "paper", 512),
+        ("quadruped-walk", "paper", 128),
+        ("door-open", "paper", 128),
+        ("door-open", "public", 256),
+    ],
+)
+def test_published_ppo_has_its_table_s_batch_and_evaluations(task: str, profile: str, batch: int) -> None:
+    config = method_named("ppo").config(preset_named(task), profile)
+    assert isinstance(config.agent, PPO)
+    assert config.agent.batch_size == batch
+    assert config.evaluation.every == 10_000

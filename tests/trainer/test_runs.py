@@ -289,6 +289,22 @@ def test_a_run_on_the_true_reward_asks_nobody(lab: Lab) -> None:
         assert session.scalars(select(Query)).all() == []
 
 
+def test_a_buffer_smaller_than_the_random_steps_does_not_keep_it_from_learning(lab: Lab) -> None:
+    settings: dict[str, Any] = {
+        "reward__kind": "true",
+        "feedback__kind": "none",
+        "exploration__kind": "random",
+        "exploration__seed_steps": 1100,
+        "agent__replay_capacity": 1000,
+        "total_steps": 1300,
+    }
+    lab.request(small_config(**settings))
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        told = session.scalars(select(Metric.step).where(Metric.name == "critic_loss")).all()
+    assert min(told) >= 1000
+
+
 def test_a_failing_run_says_why(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object, **__: object) -> None:
         raise FloatingPointError("the reward became nonsense")
