@@ -306,6 +306,15 @@ def test_candidates_scored_by_running_sums_equal_each_scored_by_itself() -> None
     torch.testing.assert_close(pair_probabilities(model, pairs), expected, rtol=1e-5, atol=1e-6)
 
 
+def test_few_rows_are_never_rounded() -> None:
+    model = RewardModel(LearnedReward(width=256), 3, 2, Randomness(0), CPU, torch.bfloat16)
+    rows = torch.randn(256, 5, generator=torch.Generator().manual_seed(0))
+    with torch.no_grad():
+        expected = torch.tanh(model.members(rows)[..., 0]).mean(0)
+    torch.testing.assert_close(model(rows[:3]), expected[:3], rtol=1e-5, atol=1e-6)
+    assert 1e-4 < float((model(rows) - expected).abs().max()) < 1e-2
+
+
 @pytest.mark.parametrize("parts", [1, 4])
 @pytest.mark.parametrize("smoothing", [0.0, 0.1])
 def test_the_gradient_of_a_fit_is_that_of_the_loss(parts: int, smoothing: float) -> None:

@@ -50,6 +50,7 @@ class EpisodicEnvironment(Environment):
             gained, terminated, truncated = self._one_step(control)
             reward += gained
         self._ended = terminated or truncated
+        self._observation = self._observe()  # only now: the agent sees nothing in between
         return self._observation.copy(), reward, terminated, truncated, {"measures": self._measures()}
 
     def get_state(self) -> EnvironmentState:
@@ -73,11 +74,12 @@ class EpisodicEnvironment(Environment):
     def _start(self, seed: int) -> None:
         """Start an episode: everything random in it comes from `seed`."""
         self._seed, self._step, self._ended = seed, 0, False
-        self._observation = self._begin(seed)
+        self._begin(seed)
+        self._observation = self._observe()
 
     def _one_step(self, control: Control) -> tuple[float, bool, bool]:
         """(reward, terminated, truncated) of one control step; an episode out of time is truncated."""
-        self._observation, reward, terminated, truncated = self._control_step(control)
+        reward, terminated, truncated = self._control_step(control)
         self._step += 1
         truncated = not terminated and (truncated or self._step >= self.episode_steps)
         return reward, terminated, truncated
@@ -85,12 +87,16 @@ class EpisodicEnvironment(Environment):
     # What a family gives -----------------------------------------------------------------------------
 
     @abstractmethod
-    def _begin(self, seed: int) -> Observation:
-        """Put everything to the start of that seed's episode; its first observation [D]."""
+    def _begin(self, seed: int) -> None:
+        """Put everything to the start of that seed's episode."""
 
     @abstractmethod
-    def _control_step(self, control: Control) -> tuple[Observation, float, bool, bool]:
-        """(observation [D], reward, terminated, truncated) after a control [A] in [-1, 1]."""
+    def _control_step(self, control: Control) -> tuple[float, bool, bool]:
+        """(reward, terminated, truncated) of a control [A] in [-1, 1]."""
+
+    @abstractmethod
+    def _observe(self) -> Observation:
+        """What is seen [D] after the beginning or the last control step."""
 
     @abstractmethod
     def _measures(self) -> dict[str, float]:

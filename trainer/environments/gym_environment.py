@@ -44,13 +44,17 @@ class GymEnvironment(EpisodicEnvironment):
     def name(self) -> str:
         return self._task.id
 
-    def _begin(self, seed: int) -> Observation:
+    def _begin(self, seed: int) -> None:
         self._controls = []
-        return self._task.begin(seed)
+        self._seen = self._task.begin(seed)
 
-    def _control_step(self, control: Control) -> tuple[Observation, float, bool, bool]:
+    def _control_step(self, control: Control) -> tuple[float, bool, bool]:
         self._controls.append(control)
-        return self._task.step(control)
+        self._seen, reward, terminated, truncated = self._task.step(control)
+        return reward, terminated, truncated
+
+    def _observe(self) -> Observation:
+        return self._seen
 
     def _measures(self) -> dict[str, float]:
         return {"seconds": round(self._step * self.control_step, 9)}

@@ -50,16 +50,18 @@ class MetaWorldEnvironment(SimulatedEnvironment):
             away = np.max(place) >= AWAY
             self._env._set_pos_site(mark, place if away else self._env._target_pos)
 
-    def _begin(self, seed: int) -> Observation:
+    def _begin(self, seed: int) -> None:
         self._env.seed(seed)
-        observation, _ = self._env.reset()
+        self._seen, _ = self._env.reset()
         self._success = 0.0
-        return np.asarray(observation, np.float32)
 
-    def _control_step(self, control: Control) -> tuple[Observation, float, bool, bool]:
-        observation, reward, terminated, truncated, info = self._env.step(control)
+    def _control_step(self, control: Control) -> tuple[float, bool, bool]:
+        self._seen, reward, terminated, truncated, info = self._env.step(control)
         self._success = max(self._success, float(info["success"]))
-        return np.asarray(observation, np.float32), float(reward), terminated, truncated
+        return float(reward), terminated, truncated
+
+    def _observe(self) -> Observation:
+        return np.asarray(self._seen, np.float32)
 
     def _measures(self) -> dict[str, float]:
         return {"success": self._success}

@@ -63,22 +63,23 @@ class SuiteEnvironment(SimulatedEnvironment):
             rewards.append(self._wish.reward(self._physics))
         return rewards, self._wish.measures(self._physics)
 
-    def _begin(self, seed: int) -> Observation:
+    def _begin(self, seed: int) -> None:
+        self._diverged = False
         seed_random(self._task.random, seed)
         with self._physics.reset_context():
             self._task.initialize_episode(self._physics)
             self._arrange(self._physics)
         self._wish.begin(self._physics)
-        return self._observe()
 
-    def _control_step(self, control: Control) -> tuple[Observation, float, bool, bool]:
+    def _control_step(self, control: Control) -> tuple[float, bool, bool]:
         self._task.before_step(self._centre + self._reach * control, self._physics)
         try:
             self._physics.step(self._substeps)
-        except PhysicsError:  # the simulation diverged: the episode is cut off before its nonsense is seen
-            return self._observation, 0.0, False, True
+        except PhysicsError:
+            self._diverged = True
+            return 0.0, False, True
         self._task.after_step(self._physics)
-        return self._observe(), self._wish.reward(self._physics), *self._ending()
+        return self._wish.reward(self._physics), *self._ending()
 
     def _ending(self) -> tuple[bool, bool]:
         """(terminated, truncated): only the discount 0 says that nothing follows."""
@@ -86,6 +87,8 @@ class SuiteEnvironment(SimulatedEnvironment):
         return discount == 0, discount is not None and discount != 0
 
     def _observe(self) -> Observation:
+        if self._diverged:  # the episode is cut off before the nonsense is seen
+            return self._observation
         parts = self._task.get_observation(self._physics).values()
         return np.concatenate([np.ravel(part) for part in parts]).astype(np.float32)
 

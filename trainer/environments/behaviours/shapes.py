@@ -14,9 +14,14 @@ def ramp(value: float, low: float, high: float) -> float:
     return min(max((value - low) / (high - low), 0.0), 1.0)
 
 
+def rows_of(physics: Any, geoms: Sequence[str]) -> list[int]:
+    """Where the simulator keeps shapes of those names: several times faster than its named arrays."""
+    return [physics.model.name2id(name, "geom") for name in geoms]
+
+
 def clearances(physics: Any, geoms: Sequence[str]) -> npt.NDArray[np.float64]:
     """Metres [n] between the floor at z = 0 and the lowest points of spheres and capsules."""
-    names = list(geoms)
-    centre, tilt = physics.named.data.geom_xpos[names, "z"], physics.named.data.geom_xmat[names, "zz"]
-    radius, half = physics.named.model.geom_size[names].T[:2]
+    rows = rows_of(physics, geoms)
+    centre, tilt = physics.data.geom_xpos[rows, 2], physics.data.geom_xmat[rows, 8]
+    radius, half = physics.model.geom_size[rows].T[:2]
     return np.asarray(centre - radius - half * np.abs(tilt))

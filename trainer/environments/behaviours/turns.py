@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from trainer.environments.behaviours.shapes import clearances, ramp
+from trainer.environments.behaviours.shapes import clearances, ramp, rows_of
 from trainer.environments.behaviours.wish import Measures, Memory
 
 FEET = ("right_foot", "left_foot")
@@ -53,7 +53,7 @@ class TakingTurns:
         return 0.0 if self._changed is None else 1 - ramp(time - self._changed, 0.6, 1.2)
 
     def _leading(self, physics: Any) -> int | None:
-        right, left = physics.named.data.geom_xpos[list(FEET), "x"]
+        right, left = physics.data.geom_xpos[rows_of(physics, FEET), 0]
         ahead = 0 if right > left else 1
         if abs(right - left) < AHEAD or clearances(physics, FEET)[ahead] > TOUCHING:
             return None
