@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from labels_db.errors import ConflictError
+from labels_db.figures import Figure, Name
 from labels_db.methods import method_named
 from labels_db.models import Run, RunState
 from labels_db.overrides import with_settings
@@ -22,8 +22,6 @@ from labels_db.run_config.base import Config
 from labels_db.runs import request_run, resume_run
 
 Settings = dict[str, str | int | float | bool]
-Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$", max_length=60)]
-"""Lower case, digits and hyphens: it becomes part of a run's name and of a file's."""
 
 
 class Compared(Config):
@@ -40,81 +38,6 @@ class Compared(Config):
     @classmethod
     def _is_known(cls, method: str) -> str:
         return method_named(method).name
-
-
-class OfMethods(Config):
-    """A figure about some methods, or all."""
-
-    file: Name
-    methods: list[str] | None = None
-
-    def about(self) -> set[str]:
-        """The tasks that it names."""
-        return set()
-
-    def shows(self) -> set[str]:
-        """The methods that it names."""
-        return set(self.methods or ())
-
-
-class Curves(OfMethods):
-    """A measure against steps: a panel for each task, a line for each method."""
-
-    kind: Literal["curves"] = "curves"
-    measure: str = "return"
-    tasks: list[str] | None = None
-    asymptotes: list[str] = Field(default_factory=list)
-    """Methods of which only the last value is drawn, as a dotted line."""
-    statistic: Literal["mean", "iqm"] = "mean"
-    """Mean and standard deviation, or interquartile mean and its 95 % bootstrap interval."""
-
-    def about(self) -> set[str]:
-        return set(self.tasks or ())
-
-    def shows(self) -> set[str]:
-        return super().shows() | set(self.asymptotes)
-
-
-class Budgets(OfMethods):
-    """The last value against the number of labels, a line for each task."""
-
-    kind: Literal["budgets"] = "budgets"
-    measure: str = "return"
-
-
-class Differences(Config):
-    """A table: by how much one method ends above another, seed by seed."""
-
-    kind: Literal["differences"] = "differences"
-    file: Name
-    measure: str = "return"
-    pairs: list[tuple[str, str]]
-
-    def about(self) -> set[str]:
-        """The tasks that it names."""
-        return set()
-
-    def shows(self) -> set[str]:
-        """The methods that it names."""
-        return {method for pair in self.pairs for method in pair}
-
-
-class Strips(OfMethods):
-    """Frames of what was learned, by each method's best run."""
-
-    kind: Literal["strips"] = "strips"
-    frames: int = Field(8, ge=2, le=24)
-
-
-class Queries(OfMethods):
-    """Sheets of queries as they were asked: first and second segment, side by side."""
-
-    kind: Literal["queries"] = "queries"
-    sessions: list[int] = Field(default_factory=lambda: [0, 1, 3])
-    queries: int = Field(4, ge=1, le=20)
-
-
-Figure = Annotated[Curves | Budgets | Differences | Strips | Queries, Field(discriminator="kind")]
 
 
 class Experiment(Config):
@@ -137,7 +60,7 @@ class Experiment(Config):
     @model_validator(mode="after")
     def _nothing_is_named_twice(self) -> Experiment:
         """Runs and files are told apart by name."""
-        files = [f"{figure.file} ({figure.kind})" for figure in self.figures]
+        files = [figure.path for figure in self.figures]
         methods = [one.name for one in self.compared]
         for what, names in (
             ("method", methods),

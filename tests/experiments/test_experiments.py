@@ -18,11 +18,13 @@ from PIL import Image
 
 from labels_db.data_folder import DataFolder
 from labels_db.errors import ConflictError
-from labels_db.experiments import Curves, Experiment, request_experiment, runs_of_experiment
+from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
+from labels_db.figures import Curves
 from labels_db.models import EvaluationResult, RunState, utc_now
 from labels_db.runs import stop_run
 from trainer.experiments import figures
-from trainer.experiments.figures import Drawing, curves
+from trainer.experiments.drawing import Drawing
+from trainer.experiments.figures import curves
 from trainer.experiments.file import ExperimentError, read_experiment
 from trainer.experiments.results import Results, write_results
 
@@ -57,6 +59,7 @@ SAYS: dict[str, Any] = {
         {"kind": "curves", "file": "curves"},
         {"kind": "curves", "file": "iqm", "statistic": "iqm", "asymptotes": ["sac"]},
         {"kind": "budgets", "file": "labels"},
+        {"kind": "ends", "file": "ends", "published": {"cartpole-swingup": 824}},
         {"kind": "differences", "file": "claims", "pairs": [["pebble-8", "sac"]]},
         {"kind": "strips", "file": "strips", "frames": 4},
         {"kind": "queries", "file": "asked", "methods": ["pebble-8"], "sessions": [0], "queries": 2},
@@ -149,13 +152,14 @@ def test_every_kind_of_figure_is_drawn(lived: tuple[Path, DataFolder], tmp_path:
     with pebble("plot", str(file), "--data", str(data.path), "--out", str(tmp_path)) as plotting:
         said, _ = plotting.communicate(timeout=120)
     assert plotting.returncode == 0
-    names = ["curves.png", "iqm.png", "labels.png", "claims.md", "strips.png", "asked.png"]
+    names = ["curves.png", "iqm.png", "labels.png", "ends.md", "claims.md", "strips.png", "asked.png"]
     assert [Path(line).name for line in said.split()] == names
     for name in names:
         if name.endswith(".png"):
             pixels = np.asarray(Image.open(tmp_path / name).convert("L"))
             assert pixels.min() < 100 < 200 < pixels.max(), name
     assert "| cartpole-swingup | pebble-8 − sac | 2 |" in (tmp_path / "claims.md").read_text()
+    assert "| cartpole-swingup | pebble-8 | 600 | 8 |" in (tmp_path / "ends.md").read_text()
 
 
 def test_other_settings_under_the_same_name_are_refused(lived: tuple[Path, DataFolder]) -> None:
@@ -191,6 +195,10 @@ def test_what_was_stopped_is_asked_for_again(tmp_path: Path) -> None:
         ({"colour": "red"}, "colour: Extra inputs"),
         ({"methods": ["sac"]}, "figure 'claims': no method 'pebble-8'; one of sac"),
         ({"name": "Not a name"}, "name: "),
+        (
+            {"figures": [{"kind": "strips", "file": "a"}, {"kind": "curves", "file": "a"}]},
+            "figure 'a.png': is there 2 times",
+        ),
         ({"seeds": [1, 2, 1]}, "seed 1: is there 2 times"),
         ({"methods": ["sac", "pebble", "sac"]}, "method 'sac': is there 2 times"),
         (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -13,36 +12,17 @@ import matplotlib as mpl
 import numpy as np
 
 from labels_db.data_folder import DataFolder
-from labels_db.experiments import Budgets, Curves, Differences, Experiment, Queries, Strips
+from labels_db.experiments import Experiment
+from labels_db.figures import Budgets, Curves, Differences, Ends, Queries, Strips
 from labels_db.presets import preset_named
+from trainer.experiments.drawing import COLOURS, Drawing
 from trainer.experiments.pictures import query_sheet, strips
 from trainer.experiments.results import Curve, Results
-from trainer.experiments.statistics import bootstrap_interval, interquartile_mean, paired_difference
+from trainer.experiments.statistics import bootstrap_interval, interquartile_mean
+from trainer.experiments.tables import differences, ends
 
 PANELS_ACROSS = 3
-COLOURS = ("#2b6cb0", "#c05621", "#2f855a", "#805ad5", "#b83280", "#718096", "#975a16", "#00838f", "#c53030")
 DPI = 150
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """What a figure is drawn from, and where to."""
-
-    experiment: Experiment
-    results: Results
-    data: DataFolder
-    folder: Path
-
-    def path(self, name: str, ending: str = "png") -> Path:
-        return self.folder / f"{name}.{ending}"
-
-    def methods(self, wanted: list[str] | None) -> list[str]:
-        return wanted or [one.name for one in self.experiment.compared]
-
-    def colour(self, method: str) -> str:
-        """The same in every figure of the experiment."""
-        names = [one.name for one in self.experiment.compared]
-        return COLOURS[names.index(method) % len(COLOURS)]
 
 
 def draw_all(experiment: Experiment, results: Results, data: DataFolder, folder: Path) -> Iterator[Path]:
@@ -66,7 +46,7 @@ def curves(figure: Curves, drawing: Drawing) -> Path:
         if _labelled(axes):
             axes.legend(fontsize=8)
     _refuse_nothing(panels, figure.file, figure.measure)
-    return _saved(panels[0].figure, drawing.path(figure.file))
+    return _saved(panels[0].figure, drawing.path(figure))
 
 
 def _curve(axes: Any, figure: Curves, task: str, method: str, drawing: Drawing) -> None:
@@ -129,27 +109,7 @@ def budgets(figure: Budgets, drawing: Drawing) -> Path:
     axes.set(xlabel="labels", ylabel=f"{figure.measure} at the end")
     _refuse_nothing([axes], figure.file, figure.measure)
     axes.legend(fontsize=8)
-    return _saved(axes.figure, drawing.path(figure.file))
-
-
-def differences(figure: Differences, drawing: Drawing) -> Path:
-    """A Markdown table: task by pair, with interval and verdict."""
-    lines = ["| task | pair | seeds | difference | 95 % interval | verdict |", "|---|---|---|---|---|---|"]
-    for task in drawing.experiment.tasks:
-        for one, other in figure.pairs:
-            ends = [drawing.results.last(task, method, figure.measure) for method in (one, other)]
-            try:
-                found = paired_difference(*ends)
-            except ValueError as error:
-                lines.append(f"| {task} | {one} − {other} | | | | {error} |")
-                continue
-            lines.append(
-                f"| {task} | {one} − {other} | {len(found.seeds)} | {found.mean:+.1f} |"
-                f" {found.low:+.1f} … {found.high:+.1f} | {found.verdict} |"
-            )
-    path = drawing.path(figure.file, "md")
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return path
+    return _saved(axes.figure, drawing.path(figure))
 
 
 def frame_strips(figure: Strips, drawing: Drawing) -> Path:
@@ -162,7 +122,7 @@ def frame_strips(figure: Strips, drawing: Drawing) -> Path:
                 best = max(last, key=lambda seed: last[seed])
                 title = f"{preset_named(task).title} · {method}"
                 rows.append((title, f"{drawing.experiment.name}-{task}-{method}-{best}"))
-    return strips(rows, drawing.data, figure.frames, drawing.path(figure.file))
+    return strips(rows, drawing.data, figure.frames, drawing.path(figure))
 
 
 def queries(figure: Queries, drawing: Drawing) -> Path:
@@ -173,13 +133,14 @@ def queries(figure: Queries, drawing: Drawing) -> Path:
         for one in experiment.planned()
         if one.seed == experiment.seeds[0] and one.compared.name in methods
     ]
-    return query_sheet(runs, drawing.data, figure.sessions, figure.queries, drawing.path(figure.file))
+    return query_sheet(runs, drawing.data, figure.sessions, figure.queries, drawing.path(figure))
 
 
 DRAWERS: MappingProxyType[type, Callable[[Any, Drawing], Path]] = MappingProxyType(
     {
         Curves: curves,
         Budgets: budgets,
+        Ends: ends,
         Differences: differences,
         Strips: frame_strips,
         Queries: queries,

@@ -132,6 +132,10 @@ class Results:
         curves = self.curves(task, method, measure)
         return {seed: curve[-1][1] for seed, curve in curves.items() if seed in over}
 
+    def steps(self, task: str, method: str) -> int:
+        """The steps that each of its runs is to have."""
+        return int(max(row["total_steps"] for row in self._of(task, method)))
+
     def answers(self, task: str, method: str) -> float:
         """Preferences that a seed learned from in the end, on average."""
         by_seed = {row["seed"]: row["answers"] for row in self._of(task, method)}

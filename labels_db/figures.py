@@ -1,0 +1,111 @@
+"""The figures that an experiment may ask for."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from labels_db.run_config.base import Config
+
+Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$", max_length=60)]
+"""Lower case, digits and hyphens: it becomes part of a run's name and of a file's."""
+
+
+class OfFile(Config):
+    """A figure in a file of its own."""
+
+    file: Name
+    ending: ClassVar[str] = "png"
+
+    @property
+    def path(self) -> str:
+        """The file it is written to."""
+        return f"{self.file}.{self.ending}"
+
+
+class OfMethods(OfFile):
+    """A figure about some methods, or all."""
+
+    methods: list[str] | None = None
+
+    def about(self) -> set[str]:
+        """The tasks that it names."""
+        return set()
+
+    def shows(self) -> set[str]:
+        """The methods that it names."""
+        return set(self.methods or ())
+
+
+class Curves(OfMethods):
+    """A measure against steps: a panel for each task, a line for each method."""
+
+    kind: Literal["curves"] = "curves"
+    measure: str = "return"
+    tasks: list[str] | None = None
+    asymptotes: list[str] = Field(default_factory=list)
+    """Methods of which only the last value is drawn, as a dotted line."""
+    statistic: Literal["mean", "iqm"] = "mean"
+    """Mean and standard deviation, or interquartile mean and its 95 % bootstrap interval."""
+
+    def about(self) -> set[str]:
+        return set(self.tasks or ())
+
+    def shows(self) -> set[str]:
+        return super().shows() | set(self.asymptotes)
+
+
+class Budgets(OfMethods):
+    """The last value against the number of labels, a line for each task."""
+
+    kind: Literal["budgets"] = "budgets"
+    measure: str = "return"
+
+
+class Ends(OfMethods):
+    """A table: where each method's seeds end, after how many steps and answers."""
+
+    ending = "md"
+    kind: Literal["ends"] = "ends"
+    measure: str = "return"
+    published: dict[str, float] = Field(default_factory=dict)
+    """What others have published for a task, to be shown as a share."""
+
+    def about(self) -> set[str]:
+        return set(self.published)
+
+
+class Differences(OfFile):
+    """A table: by how much one method ends above another, seed by seed."""
+
+    ending = "md"
+    kind: Literal["differences"] = "differences"
+    measure: str = "return"
+    pairs: list[tuple[str, str]]
+
+    def about(self) -> set[str]:
+        """The tasks that it names."""
+        return set()
+
+    def shows(self) -> set[str]:
+        """The methods that it names."""
+        return {method for pair in self.pairs for method in pair}
+
+
+class Strips(OfMethods):
+    """Frames of what was learned, by each method's best run."""
+
+    kind: Literal["strips"] = "strips"
+    frames: int = Field(8, ge=2, le=24)
+
+
+class Queries(OfMethods):
+    """Sheets of queries as they were asked: first and second segment, side by side."""
+
+    kind: Literal["queries"] = "queries"
+    sessions: list[int] = Field(default_factory=lambda: [0, 1, 3])
+    queries: int = Field(4, ge=1, le=20)
+
+
+Figure = Annotated[Curves | Budgets | Ends | Differences | Strips | Queries, Field(discriminator="kind")]

@@ -1,0 +1,77 @@
+"""Figures that are tables, cell by cell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from labels_db.data_folder import DataFolder
+from labels_db.experiments import Experiment
+from labels_db.figures import Differences, Ends
+from trainer.experiments.drawing import Drawing
+from trainer.experiments.results import Results
+from trainer.experiments.tables import differences, ends
+
+SAYS = {"name": "two", "title": "", "tasks": ["cartpole-swingup"], "methods": ["sac", "pebble"], "seeds": [1]}
+
+
+def finished(method: str, returns: Iterable[float], answers: int = 0) -> list[dict[str, Any]]:
+    """A row for each seed's end."""
+    row = {
+        "task": "cartpole-swingup",
+        "method": method,
+        "step": 400,
+        "total_steps": 1400,
+        "state": "finished",
+    }
+    return [
+        {**row, "seed": seed, "return": value, "answers": answers}
+        for seed, value in enumerate(returns, start=1)
+    ]
+
+
+def drawing(rows: list[dict[str, Any]], folder: Path) -> Drawing:
+    return Drawing(Experiment.model_validate(SAYS), Results(rows), DataFolder(folder), folder)
+
+
+def cells(path: Path) -> list[list[str]]:
+    """Head and rows, without the line between them."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert set(lines[1]) <= set("| -")
+    return [[cell.strip() for cell in line.split("|")[1:-1]] for line in (lines[0], *lines[2:])]
+
+
+def test_ends_are_each_method_s_with_steps_answers_and_share(tmp_path: Path) -> None:
+    rows = finished("sac", [100, 0, 40, 60, 50]) + finished("pebble", [30], answers=8)
+    rows.append({**rows[0], "seed": 9, "state": "running", "return": 1000.0})
+    figure = Ends(file="ends", published={"cartpole-swingup": 200})
+    head, sac, pebble = cells(ends(figure, drawing(rows, tmp_path)))
+    assert head == ["task", "method", "steps", "answers", "seeds", "IQM", "95 % interval", "of published"]
+    middle = "100.0, 0.0, 40.0, 60.0, 50.0"  # less the highest and the lowest
+    assert sac[:6] == ["cartpole-swingup", "sac", "1,400", "0", middle, "50.0"]
+    low, high = map(float, sac[6].split(" … "))
+    assert 0 <= low < 50 < high <= 100
+    assert sac[7] == "25.0% of 200"
+    assert pebble[3:] == ["8", "30.0", "30.0", "30.0 … 30.0", "15.0% of 200"]
+
+
+def test_without_published_figures_there_is_no_share(tmp_path: Path) -> None:
+    head, row = cells(ends(Ends(file="ends"), drawing(finished("sac", [1, 2]), tmp_path)))
+    assert (len(head), len(row), head[-1]) == (7, 7, "95 % interval")
+
+
+def test_differences_are_paired_by_seed_and_say_undecided(tmp_path: Path) -> None:
+    """By hand: 10, 20, 30 have mean 20 and standard error 10/√3; t(0.975, 2) = 4.3027."""
+    rows = finished("sac", [100, 100, 100]) + finished("pebble", [110, 120, 130, 999])
+    figure = Differences(file="claims", pairs=[("pebble", "sac"), ("sac", "pebble")])
+    _, up, down = cells(differences(figure, drawing(rows, tmp_path)))
+    assert up[1:] == ["pebble − sac", "3", "+20.0", "-4.8 … +44.8", "undecided", "120%"]
+    assert down[1:] == ["sac − pebble", "3", "-20.0", "-44.8 … +4.8", "undecided", "83%"]
+
+
+def test_a_difference_of_one_seed_says_what_is_missing(tmp_path: Path) -> None:
+    figure = Differences(file="claims", pairs=[("pebble", "sac")])
+    rows = finished("sac", [1]) + finished("pebble", [2])
+    _, row = cells(differences(figure, drawing(rows, tmp_path)))
+    assert row[5] == "a paired difference needs two seeds that both methods have, not 1"

@@ -1,0 +1,34 @@
+"""What every figure of an experiment is made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from labels_db.data_folder import DataFolder
+from labels_db.experiments import Experiment
+from labels_db.figures import Figure
+from trainer.experiments.results import Results
+
+COLOURS = ("#2b6cb0", "#c05621", "#2f855a", "#805ad5", "#b83280", "#718096", "#975a16", "#00838f", "#c53030")
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What a figure is drawn from, and where to."""
+
+    experiment: Experiment
+    results: Results
+    data: DataFolder
+    folder: Path
+
+    def path(self, figure: Figure) -> Path:
+        return self.folder / figure.path
+
+    def methods(self, wanted: list[str] | None) -> list[str]:
+        return wanted or [one.name for one in self.experiment.compared]
+
+    def colour(self, method: str) -> str:
+        """The same in every figure of the experiment."""
+        names = [one.name for one in self.experiment.compared]
+        return COLOURS[names.index(method) % len(COLOURS)]

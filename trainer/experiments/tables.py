@@ -1,0 +1,69 @@
+"""Figures that are tables, in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from labels_db.figures import Differences, Ends
+from trainer.experiments.drawing import Drawing
+from trainer.experiments.statistics import bootstrap_interval, interquartile_mean, paired_difference
+
+
+def ends(figure: Ends, drawing: Drawing) -> Path:
+    """Task by method: the finished seeds' last values and their interquartile mean."""
+    results, rows = drawing.results, []
+    for task in drawing.experiment.tasks:
+        for method in drawing.methods(figure.methods):
+            last = results.last(task, method, figure.measure)
+            if last:
+                lived = [f"{results.steps(task, method):,}", f"{results.answers(task, method):.0f}"]
+                rows.append([task, method, *lived, *_ends(last), _share(last, figure.published.get(task))])
+    head = ["task", "method", "steps", "answers", "seeds", "IQM", "95 % interval", "of published"]
+    shown = len(head) if figure.published else len(head) - 1
+    return _written(drawing.path(figure), head[:shown], (row[:shown] for row in rows))
+
+
+def _ends(last: Mapping[int, float]) -> list[str]:
+    """Every seed's, their interquartile mean and its interval."""
+    values = np.array(list(last.values()))
+    low, high = bootstrap_interval(values)
+    seeds = ", ".join(f"{value:.1f}" for value in values)
+    return [seeds, f"{interquartile_mean(values):.1f}", f"{low:.1f} … {high:.1f}"]
+
+
+def _share(last: Mapping[int, float], published: float | None) -> str:
+    if published is None:
+        return ""
+    return f"{interquartile_mean(np.array(list(last.values()))) / published:.1%} of {published:g}"
+
+
+def differences(figure: Differences, drawing: Drawing) -> Path:
+    """Task by pair, with interval and verdict."""
+    head = ["task", "pair", "seeds", "difference", "95 % interval", "verdict", "share"]
+    rows = [
+        [task, f"{one} − {other}", *_difference(task, one, other, figure.measure, drawing)]
+        for task in drawing.experiment.tasks
+        for one, other in figure.pairs
+    ]
+    return _written(drawing.path(figure), head, rows)
+
+
+def _difference(task: str, one: str, other: str, measure: str, drawing: Drawing) -> list[str]:
+    ends = [drawing.results.last(task, method, measure) for method in (one, other)]
+    try:
+        found = paired_difference(*ends)
+    except ValueError as error:
+        return ["", "", "", str(error), ""]
+    interval = f"{found.low:+.1f} … {found.high:+.1f}"
+    mine, theirs = (np.mean([each[seed] for seed in found.seeds]) for each in ends)
+    share = f"{mine / theirs:.0%}" if theirs > 0 else ""
+    return [str(len(found.seeds)), f"{found.mean:+.1f}", interval, found.verdict, share]
+
+
+def _written(path: Path, head: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
+    lines = [head, ["---"] * len(head), *rows]
+    path.write_text("".join(f"| {' | '.join(line)} |\n" for line in lines), encoding="utf-8")
+    return path
