@@ -15,12 +15,13 @@ ROOT = Path(__file__).parents[2]
 # A Python that knows `-c`, `-m venv` (which copies itself) and `-m pip`, and fails when told to.
 PYTHON = """#!/usr/bin/env bash
 case "$1 $2" in
-    "-m venv") mkdir -p "$3/bin" && cp "$0" "$3/bin/python" && echo venv >>"$CALLS" ;;
+    "-m venv") mkdir -p "${!#}/bin" && cp "$0" "${!#}/bin/python" && echo "${@:2:$#-2}" >>"$CALLS" ;;
     "-m pip")
         shift 2
         echo "pip $*" >>"$CALLS"
         if [ -e "$FAILING" ]; then exit 1; fi ;;
     "-c import ensurepip") [ ! -e "$NO_ENSUREPIP" ] ;;
+    "-c import torch") [ -e "$HAS_TORCH" ] ;;
 esac
 """
 DPKG_QUERY = """#!/usr/bin/env bash
@@ -65,11 +66,11 @@ class Machine:
         path = self.folder / name
         path.touch() if on else path.unlink()
 
-    def setup(self, goal: str = "product") -> subprocess.CompletedProcess[str]:
+    def setup(self, goal: str = "product", **environment: str) -> subprocess.CompletedProcess[str]:
         """Run the script as `make` does; `calls` then holds what it called."""
         self.calls_path.write_text("", encoding="utf-8")
-        marks = ("CALLS", "INSTALLED", "FAILING", "NO_ENSUREPIP", "MAY_SUDO")
-        environment = {name: str(self.folder / name) for name in marks}
+        marks = ("CALLS", "INSTALLED", "FAILING", "NO_ENSUREPIP", "MAY_SUDO", "HAS_TORCH")
+        environment |= {name: str(self.folder / name) for name in marks}
         environment["PATH"] = f"{self.folder / 'bin'}:{os.environ['PATH']}"
         return subprocess.run(
             [self.checkout / "scripts" / "setup", goal], env=environment, capture_output=True, text=True
@@ -103,6 +104,16 @@ def test_a_fresh_checkout_gets_an_environment(machine: Machine) -> None:
         "bin",
         "installed-product",
     ]
+
+
+def test_the_machine_s_own_pytorch_can_be_kept(machine: Machine) -> None:
+    refused = machine.setup(PYTORCH="system")
+    assert refused.returncode != 0
+    assert "python3.11 has no PyTorch; name one that has it by PYTHON=" in refused.stderr
+    machine.mark("HAS_TORCH")
+    assert machine.setup(PYTORCH="system").returncode == 0
+    assert machine.calls[0] == "venv --system-site-packages"
+    assert "PYTORCH=cuda: unknown" in machine.setup(PYTORCH="cuda").stderr
 
 
 def test_the_second_time_nothing_is_done(machine: Machine) -> None:
