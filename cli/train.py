@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from cli.errors import UsageError
+from labels_db.claims import claim
 from labels_db.data_folder import DataFolder
 from labels_db.feedback_progress import feedback_progress
 from labels_db.methods import method_named
@@ -22,7 +23,7 @@ from labels_db.models import RunState, utc_now
 from labels_db.overrides import SettingError, with_settings
 from labels_db.presets import preset_named
 from labels_db.run_config import RunConfig
-from labels_db.runs import claim, get_run, request_run
+from labels_db.runs import get_run, request_run
 
 OPTIONS = {
     "feedback.teacher.kind": "--teacher",

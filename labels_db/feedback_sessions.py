@@ -8,8 +8,8 @@ from datetime import datetime
 from sqlalchemy import func, or_, select, update
 from sqlalchemy.orm import Session
 
+from labels_db.claims import Claim, owned_run
 from labels_db.models import FeedbackSession, Query, QueryState, Segment, utc_now
-from labels_db.runs import Claim, owned_run
 
 
 def open_session(

@@ -9,6 +9,7 @@ from datetime import datetime
 from sqlalchemy import ColumnElement, Select, func, select, update
 from sqlalchemy.orm import Session, joinedload
 
+from labels_db.claims import queue_positions
 from labels_db.errors import ConflictError
 from labels_db.feedback_progress import FeedbackProgress, feedback_progress
 from labels_db.leases import available_queries, held_leases, labeller_named
@@ -25,7 +26,7 @@ from labels_db.models import (
     RunState,
     Segment,
 )
-from labels_db.runs import config_of, get_run, queue_positions
+from labels_db.runs import config_of, get_run
 from labels_db.standing import standing
 
 NOBODY = 0

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session, selectinload
 
+from labels_db.claims import queue_positions
 from labels_db.feedback_progress import FeedbackProgress, feedback_progress_of
 from labels_db.models import EvaluationResult, GoalCard, Run
 from labels_db.run_config import RunConfig
-from labels_db.runs import config_of, get_run, queue_positions
+from labels_db.runs import config_of, get_run
 
 
 @dataclass(frozen=True)

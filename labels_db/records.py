@@ -11,8 +11,8 @@ from sqlalchemy import Select, delete, insert, select
 from sqlalchemy.dialects.sqlite import insert as upsert
 from sqlalchemy.orm import Session
 
+from labels_db.claims import Claim, made_progress, owned_run
 from labels_db.models import Checkpoint, EvaluationResult, Fit, Metric, QueryScore, utc_now
-from labels_db.runs import Claim, made_progress, owned_run
 
 
 @dataclass(frozen=True)

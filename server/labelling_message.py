@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from datetime import datetime
 
+from labels_db.claims import STALE_AFTER
 from labels_db.labelling import Queue
 from labels_db.models import ALIVE, Desired, RunState
-from labels_db.runs import STALE_AFTER
 from server.labelling_models import MessageKind, MessageOut
 from server.words import duration, number
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 
+from labels_db.claims import STALE_AFTER
 from labels_db.history import OpenQuery
 from labels_db.models import ALIVE, Desired, Run, RunState
 from labels_db.overview import RunOverview
-from labels_db.runs import STALE_AFTER
 from server.words import duration, number, plural
 
 PLACES = ("Next", "Second", "Third", "Fourth", "Fifth", "Sixth", "Seventh", "Eighth", "Ninth", "Tenth")

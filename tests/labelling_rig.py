@@ -7,13 +7,14 @@ import random
 from dataclasses import dataclass, field
 
 from labels_db.answers import answer_query, answers_since
+from labels_db.claims import Claim, Report, beat, claim, finish_run
 from labels_db.database import Database
 from labels_db.feedback_sessions import open_session, post_query
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Answer, Clip, FeedbackSession, Lease, Pressed, Query, RunState, Segment, utc_now
 from labels_db.presets import preset_named
 from labels_db.records import attach_video, record_evaluation
-from labels_db.runs import Claim, Report, beat, claim, finish_run, get_run, request_run
+from labels_db.runs import get_run, request_run
 from labels_db.storage import ArtifactStore
 from tests.web import pictures
 from tests.web.pictures import COLUMNS, FRAMES, HEIGHT, WIDTH

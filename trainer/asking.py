@@ -9,6 +9,7 @@ from typing import Any
 
 from torch import Tensor
 
+from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.feedback_progress import Inbox, feedback_progress
 from labels_db.feedback_sessions import (
@@ -20,7 +21,7 @@ from labels_db.feedback_sessions import (
 )
 from labels_db.models import FeedbackSession, RunState
 from labels_db.run_config import Asking, Uniform
-from labels_db.runs import Claim, get_run
+from labels_db.runs import get_run
 from trainer.posting import Asked, Desk
 from trainer.progress import Progress
 from trainer.query_selection import Chosen, Selection, select

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import torch
 
+from labels_db.claims import Claim
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.records import fits_of, rewind
 from labels_db.run_config import Asking, Human, NoFeedback, RunConfig, StateEntropy
-from labels_db.runs import Claim
 from labels_db.storage import ArtifactStore
 from trainer.agents.registry import make_agent
 from trainer.asking import Asker

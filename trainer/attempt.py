@@ -8,22 +8,14 @@ from pathlib import Path
 
 import structlog
 
+from labels_db.claims import Claim, acknowledge_stop, fail_run, finish_run, yield_run
 from labels_db.data_folder import DataFolder
 from labels_db.errors import AttemptLostError
 from labels_db.estimate import estimate_bytes
 from labels_db.feedback_sessions import supersede_queries
 from labels_db.models import RunState
 from labels_db.run_config import RunConfig
-from labels_db.runs import (
-    Claim,
-    acknowledge_stop,
-    config_of,
-    fail_run,
-    finish_run,
-    get_run,
-    note,
-    yield_run,
-)
+from labels_db.runs import config_of, get_run, note
 from trainer.assembly import RecordedRun, recorded_run
 from trainer.evaluation import EvaluatedEpisode, mean_measures
 from trainer.upkeep import ShutdownRequestedError, StopRequestedError

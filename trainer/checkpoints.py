@@ -14,10 +14,10 @@ import structlog
 from safetensors.numpy import load as load_arrays
 from safetensors.numpy import save as save_arrays
 
+from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.models import Checkpoint
 from labels_db.records import checkpoints_of, forget_checkpoints, record_checkpoint
-from labels_db.runs import Claim
 from labels_db.storage import ArtifactError, ArtifactStore, sha256
 from trainer.buffer_chunks import BufferChunks
 from trainer.episodes import EpisodePool, FinishedEpisode

@@ -8,10 +8,11 @@ from typing import Protocol
 
 import structlog
 
+from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.errors import RecordError
 from labels_db.records import FitReport, attach_video, record_evaluation, record_fit
-from labels_db.runs import Claim, get_run, note
+from labels_db.runs import get_run, note
 from labels_db.storage import ArtifactStore
 from trainer.evaluation import EvaluatedEpisode, mean_measures
 

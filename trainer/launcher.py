@@ -6,8 +6,8 @@ import subprocess
 import sys
 from typing import Protocol
 
+from labels_db.claims import Claim
 from labels_db.data_folder import DataFolder
-from labels_db.runs import Claim
 
 
 class Handle(Protocol):

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.run_config import RunConfig
-from labels_db.runs import Claim, config_of, get_run
+from labels_db.runs import config_of, get_run
 from labels_db.storage import ArtifactStore
 from trainer.agents.registry import policy_layers
 from trainer.checkpoints import CheckpointError, Checkpoints

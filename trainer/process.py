@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from labels_db.claims import Claim
 from labels_db.models import RunState
-from labels_db.runs import Claim
 
 
 def main(arguments: list[str]) -> int:

@@ -13,12 +13,12 @@ from datetime import UTC, datetime
 
 import structlog
 
+from labels_db.claims import Claim, Report, beat
 from labels_db.database import Database
 from labels_db.errors import RecordError
 from labels_db.feedback_progress import Inbox, read_inbox
 from labels_db.models import Desired, RunState, utc_now
 from labels_db.records import Measurement, record_metrics
-from labels_db.runs import Claim, Report, beat
 from trainer.event_files import EventFiles
 
 log = structlog.get_logger()

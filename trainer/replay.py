@@ -9,8 +9,9 @@ from typing import Any
 
 import torch
 
+from labels_db.claims import Claim
 from labels_db.database import Database
-from labels_db.runs import Claim, config_of, get_run
+from labels_db.runs import config_of, get_run
 from labels_db.storage import ArtifactStore, sha256
 from trainer.agents.interface import Losses
 from trainer.assembly import replayed_run

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from labels_db.claims import Claim
 from labels_db.models import Clip, FeedbackSession, Segment
-from labels_db.runs import Claim
 from labels_db.storage import ArtifactStore
 from trainer.rendering import EncodedClip, verify_clip
 from trainer.segments import Pair, SegmentData

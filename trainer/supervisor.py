@@ -16,12 +16,12 @@ from dataclasses import dataclass, field
 import structlog
 
 from labels_db import commands
+from labels_db.claims import Claim, attempt_died, claim_run, interrupt_stale
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.log_tail import log_tail
 from labels_db.models import utc_now
 from labels_db.policy_commands import POLICY_COMMANDS
-from labels_db.runs import Claim, attempt_died, claim_run, interrupt_stale
 from trainer.launcher import Handle, Launcher, LocalLauncher
 
 log = structlog.get_logger()

@@ -8,11 +8,12 @@ from datetime import UTC, datetime, timedelta
 from sqlalchemy.orm import Session
 
 from labels_db.answers import answer_query
+from labels_db.claims import Claim, claim
 from labels_db.feedback_sessions import open_session, post_query
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Answer, Lease, Pressed, Query, Run, Segment
 from labels_db.presets import preset_named
-from labels_db.runs import Claim, claim, request_run
+from labels_db.runs import request_run
 
 NOW = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
 SECOND = timedelta(seconds=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from labels_db import commands, runs
+from labels_db import claims, commands
 from labels_db.database import Database
 from labels_db.errors import NotFoundError
 from labels_db.models import Command, utc_now
@@ -38,7 +38,7 @@ def test_the_supervisor_takes_commands_of_runs_that_nobody_owns(database: Databa
         owner = given.a_claim(session)
         commands.ask(session, "mill", "fit", asked_by="eve")
         assert commands.take_of_ended_runs(session, KINDS) is None
-        runs.finish_run(session, owner)
+        claims.finish_run(session, owner)
         assert commands.take_of_ended_runs(session, frozenset({"other"})) is None
         taken = commands.take_of_ended_runs(session, KINDS)
         assert taken is not None
@@ -51,7 +51,7 @@ def test_a_command_whose_taker_died_is_taken_again(database: Database) -> None:
         owner = given.a_claim(session)
         command = commands.ask(session, "mill", "fit", asked_by="eve")
         commands.take(session, "mill", owner.attempt, KINDS)
-        runs.finish_run(session, owner)
+        claims.finish_run(session, owner)
         command.taken_at = utc_now() - commands.GIVEN_UP_AFTER + 60 * SECOND
         assert commands.take_of_ended_runs(session, KINDS) is None
         command.taken_at = utc_now() - commands.GIVEN_UP_AFTER - SECOND
@@ -65,7 +65,7 @@ def test_a_command_that_is_done_is_never_taken_again(database: Database) -> None
         owner = given.a_claim(session)
         command = commands.ask(session, "mill", "fit", asked_by="eve")
         commands.take(session, "mill", owner.attempt, KINDS)
-        runs.finish_run(session, owner)
+        claims.finish_run(session, owner)
         commands.finish(session, command.id, {})
         command.taken_at = utc_now() - commands.GIVEN_UP_AFTER - SECOND
         assert commands.take_of_ended_runs(session, KINDS) is None

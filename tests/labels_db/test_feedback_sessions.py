@@ -6,11 +6,11 @@ import pytest
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
-from labels_db import feedback_sessions, runs
+from labels_db import claims, feedback_sessions, runs
+from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.feedback_progress import feedback_progress, read_inbox
 from labels_db.models import FeedbackSession, Pressed, QueryState
-from labels_db.runs import Claim
 from tests.labels_db import given
 from tests.labels_db.given import NOW
 
@@ -25,8 +25,8 @@ def test_the_next_attempt_adopts_a_session_with_its_queries(database: Database) 
     with database.write() as session:
         first = given.a_claim(session)
         asked = given.queries(session, first, 3)
-        runs.interrupt_run(session, runs.get_run(session, "mill"), "gone")
-        second = runs.claim_run(session, "next", max_parallel=1, now=NOW)
+        claims.interrupt_run(session, runs.get_run(session, "mill"), "gone")
+        second = claims.claim_run(session, "next", max_parallel=1, now=NOW)
         assert second == Claim("mill", 2)
         adopted = feedback_sessions.open_session(session, second, index=0, step=9999, asked=7)
         assert (adopted.step, adopted.asked) == (1000, 3)
@@ -120,5 +120,5 @@ def test_two_people_on_one_query_count_once(database: Database) -> None:
 def test_scripted_teachers_spend_their_budget_by_asking(database: Database) -> None:
     with database.write() as session:
         run = runs.request_run(session, given.SCRIPTED, title="", goal="", run_id="mill")
-        given.queries(session, runs.claim(session, run, "s", now=NOW), 4)
+        given.queries(session, claims.claim(session, run, "s", now=NOW), 4)
         assert feedback_progress(session, run).given == 4

@@ -7,10 +7,10 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from labels_db import records, runs
+from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.models import Metric, QueryScore
 from labels_db.records import FitReport, Measurement
-from labels_db.runs import Claim
 from tests.labels_db import given
 
 REPORT = FitReport(preferences=4, epochs=9, training_accuracy=1.0, fresh_accuracy=None)

@@ -9,12 +9,12 @@ import pytest
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from labels_db import feedback_sessions, records, runs
+from labels_db import claims, feedback_sessions, records, runs
+from labels_db.claims import HUNG_AFTER, STALE_AFTER, Claim, Report
 from labels_db.database import Database
 from labels_db.errors import AttemptLostError, ConflictError, NotFoundError
 from labels_db.models import ALIVE, Desired, Event, FeedbackSession, Run, RunState
 from labels_db.overrides import SettingError
-from labels_db.runs import HUNG_AFTER, STALE_AFTER, Claim, Report
 from tests.labels_db import given
 from tests.labels_db.given import NOW, SECOND
 
@@ -39,8 +39,8 @@ def test_the_queue_is_first_come_first_served(database: Database) -> None:
     with database.write() as session:
         for place, name in enumerate(("third", "first", "second")):
             given.a_run(session, name, at=NOW + SECOND * ((place + 2) % 3))
-        assert runs.queue_positions(session) == {"first": 1, "second": 2, "third": 3}
-        claimed = [runs.claim_run(session, "s", max_parallel=9, now=NOW) for _ in range(4)]
+        assert claims.queue_positions(session) == {"first": 1, "second": 2, "third": 3}
+        claimed = [claims.claim_run(session, "s", max_parallel=9, now=NOW) for _ in range(4)]
     assert [found and found.run_id for found in claimed] == ["first", "second", "third", None]
 
 
@@ -48,11 +48,11 @@ def test_no_more_runs_are_claimed_than_may_be_alive(database: Database) -> None:
     with database.write() as session:
         given.a_run(session, "one")
         given.a_run(session, "two")
-        owner = runs.claim_run(session, "s", max_parallel=1, now=NOW)
+        owner = claims.claim_run(session, "s", max_parallel=1, now=NOW)
         assert owner is not None
-        assert runs.claim_run(session, "s", max_parallel=1, now=NOW) is None
-        runs.finish_run(session, owner)
-        assert runs.claim_run(session, "s", max_parallel=1, now=NOW) == Claim("two", 1)
+        assert claims.claim_run(session, "s", max_parallel=1, now=NOW) is None
+        claims.finish_run(session, owner)
+        assert claims.claim_run(session, "s", max_parallel=1, now=NOW) == Claim("two", 1)
 
 
 def test_an_experiment_s_runs_do_not_wait_for_others(database: Database) -> None:
@@ -60,9 +60,11 @@ def test_an_experiment_s_runs_do_not_wait_for_others(database: Database) -> None
         for name in ("other", "ours"):
             given.a_run(session, name)
         runs.get_run(session, "ours").experiment = "tiny"
-        assert runs.claim_run(session, "s", max_parallel=1, now=NOW) == Claim("other", 1)
-        assert runs.claim_run(session, "s", max_parallel=1, now=NOW) is None
-        claimed = [runs.claim_run(session, "s", max_parallel=1, now=NOW, experiment="tiny") for _ in range(2)]
+        assert claims.claim_run(session, "s", max_parallel=1, now=NOW) == Claim("other", 1)
+        assert claims.claim_run(session, "s", max_parallel=1, now=NOW) is None
+        claimed = [
+            claims.claim_run(session, "s", max_parallel=1, now=NOW, experiment="tiny") for _ in range(2)
+        ]
     assert claimed == [Claim("ours", 1), None]
 
 
@@ -70,16 +72,16 @@ def test_only_a_queued_run_can_be_claimed(database: Database) -> None:
     with database.write() as session:
         given.a_claim(session)
         with pytest.raises(ConflictError, match="cannot start while starting"):
-            runs.claim(session, runs.get_run(session, "mill"), "late", now=NOW)
+            claims.claim(session, runs.get_run(session, "mill"), "late", now=NOW)
 
 
 def test_a_beat_records_the_report_and_returns_what_is_wanted(database: Database) -> None:
     report = Report(RunState.WAITING, "waiting", 1200, 88.5, wanted_answers=7, next_session_step=3000)
     with database.write() as session:
         owner = given.a_claim(session)
-        assert runs.beat(session, owner, report, now=NOW + SECOND) is Desired.RUN
+        assert claims.beat(session, owner, report, now=NOW + SECOND) is Desired.RUN
         runs.pause_run(session, "mill")
-        assert runs.beat(session, owner, report, now=NOW + SECOND) is Desired.PAUSE
+        assert claims.beat(session, owner, report, now=NOW + SECOND) is Desired.PAUSE
     with database.read() as session:
         run = runs.get_run(session, "mill")
         assert (run.state, run.phase, run.step, run.wanted_answers) == ("waiting", "waiting", 1200, 7)
@@ -89,12 +91,12 @@ def test_a_beat_records_the_report_and_returns_what_is_wanted(database: Database
 # Fencing -----------------------------------------------------------------------------------------
 
 TRAINER_WRITES: dict[str, Callable[[Session, Claim], object]] = {
-    "beat": lambda s, c: runs.beat(s, c, Report(RunState.RUNNING, "", 1), now=NOW),
-    "finish": runs.finish_run,
-    "fail": lambda s, c: runs.fail_run(s, c, "boom"),
-    "stop": runs.acknowledge_stop,
-    "yield": runs.yield_run,
-    "progress": runs.made_progress,
+    "beat": lambda s, c: claims.beat(s, c, Report(RunState.RUNNING, "", 1), now=NOW),
+    "finish": claims.finish_run,
+    "fail": lambda s, c: claims.fail_run(s, c, "boom"),
+    "stop": claims.acknowledge_stop,
+    "yield": claims.yield_run,
+    "progress": claims.made_progress,
     "session": lambda s, c: feedback_sessions.open_session(s, c, index=0, step=0, asked=1),
     "query": lambda s, c: feedback_sessions.post_query(
         s,
@@ -127,8 +129,8 @@ def test_an_attempt_that_lost_its_run_writes_nothing(
 ) -> None:
     with database.write() as session:
         zombie = given.a_claim(session)
-        runs.interrupt_run(session, runs.get_run(session, "mill"), "gone")
-        runs.claim_run(session, "next", max_parallel=1, now=NOW)
+        claims.interrupt_run(session, runs.get_run(session, "mill"), "gone")
+        claims.claim_run(session, "next", max_parallel=1, now=NOW)
     with database.write() as session, pytest.raises(AttemptLostError, match="attempt 1 lost it"):
         write(session, zombie)
 
@@ -136,9 +138,9 @@ def test_an_attempt_that_lost_its_run_writes_nothing(
 def test_an_ended_run_takes_no_more_writes(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
-        runs.finish_run(session, owner)
+        claims.finish_run(session, owner)
         with pytest.raises(AttemptLostError, match="now finished"):
-            runs.made_progress(session, owner)
+            claims.made_progress(session, owner)
 
 
 # Interruptions -----------------------------------------------------------------------------------
@@ -146,13 +148,13 @@ def test_an_ended_run_takes_no_more_writes(database: Database) -> None:
 
 def _die(session: Session, *, progress: bool = False) -> RunState:
     """One attempt starts, perhaps writes a checkpoint, and falls silent."""
-    owner = runs.claim_run(session, "s", max_parallel=1, now=NOW)
+    owner = claims.claim_run(session, "s", max_parallel=1, now=NOW)
     assert owner is not None
     if progress:
-        runs.made_progress(session, owner)
-    runs.beat(session, owner, runs.Report(RunState.RUNNING, "training", 1), now=NOW)
-    assert runs.interrupt_stale(session, now=NOW + STALE_AFTER) == []
-    assert runs.interrupt_stale(session, now=NOW + STALE_AFTER + SECOND) == ["mill"]
+        claims.made_progress(session, owner)
+    claims.beat(session, owner, claims.Report(RunState.RUNNING, "training", 1), now=NOW)
+    assert claims.interrupt_stale(session, now=NOW + STALE_AFTER) == []
+    assert claims.interrupt_stale(session, now=NOW + STALE_AFTER + SECOND) == ["mill"]
     return runs.get_run(session, "mill").state
 
 
@@ -160,12 +162,12 @@ def test_a_starting_or_living_trainer_may_be_silent_for_longer(database: Databas
     """Libraries load slowly from a cold disk, and a laptop may sleep while its trainer lives."""
     with database.write() as session:
         given.a_run(session)
-        owner = runs.claim_run(session, "s", max_parallel=1, now=NOW)
+        owner = claims.claim_run(session, "s", max_parallel=1, now=NOW)
         assert owner is not None
-        assert runs.interrupt_stale(session, now=NOW + HUNG_AFTER) == []
-        runs.beat(session, owner, runs.Report(RunState.RUNNING, "training", 1), now=NOW)
-        assert runs.interrupt_stale(session, now=NOW + HUNG_AFTER, living={"mill"}) == []
-        assert runs.interrupt_stale(session, now=NOW + HUNG_AFTER + SECOND, living={"mill"}) == ["mill"]
+        assert claims.interrupt_stale(session, now=NOW + HUNG_AFTER) == []
+        claims.beat(session, owner, claims.Report(RunState.RUNNING, "training", 1), now=NOW)
+        assert claims.interrupt_stale(session, now=NOW + HUNG_AFTER, living={"mill"}) == []
+        assert claims.interrupt_stale(session, now=NOW + HUNG_AFTER + SECOND, living={"mill"}) == ["mill"]
 
 
 def test_three_attempts_without_progress_fail_a_run(database: Database) -> None:
@@ -187,29 +189,29 @@ def test_a_trainer_that_beats_is_left_alone(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
         late = NOW + timedelta(hours=1)
-        runs.beat(session, owner, Report(RunState.RUNNING, "", 1), now=late)
-        assert runs.interrupt_stale(session, now=late + SECOND) == []
+        claims.beat(session, owner, Report(RunState.RUNNING, "", 1), now=late)
+        assert claims.interrupt_stale(session, now=late + SECOND) == []
 
 
 def test_a_run_asked_to_stop_is_stopped_when_its_trainer_dies(database: Database) -> None:
     with database.write() as session:
         given.a_claim(session)
         runs.stop_run(session, "mill")
-        runs.interrupt_run(session, runs.get_run(session, "mill"), "gone")
+        claims.interrupt_run(session, runs.get_run(session, "mill"), "gone")
         assert runs.get_run(session, "mill").state is RunState.STOPPED
 
 
 def test_a_dead_process_is_interrupted_unless_it_had_given_the_run_up(database: Database) -> None:
     with database.write() as session:
         first = given.a_claim(session)
-        runs.attempt_died(session, first, "killed")
+        claims.attempt_died(session, first, "killed")
         assert runs.get_run(session, "mill").state is RunState.QUEUED
-        second = runs.claim_run(session, "s", max_parallel=1, now=NOW)
+        second = claims.claim_run(session, "s", max_parallel=1, now=NOW)
         assert second is not None
-        runs.attempt_died(session, first, "reaped late")
+        claims.attempt_died(session, first, "reaped late")
         assert runs.get_run(session, "mill").state is RunState.STARTING
-        runs.finish_run(session, second)
-        runs.attempt_died(session, second, "its usual end")
+        claims.finish_run(session, second)
+        claims.attempt_died(session, second, "its usual end")
         assert runs.get_run(session, "mill").state is RunState.FINISHED
 
 
@@ -217,18 +219,18 @@ def test_a_paused_run_stays_paused_through_a_shutdown(database: Database) -> Non
     with database.write() as session:
         owner = given.a_claim(session)
         runs.pause_run(session, "mill")
-        runs.yield_run(session, owner)
+        claims.yield_run(session, owner)
         run = runs.get_run(session, "mill")
         assert (run.state, run.desired, run.fruitless_attempts) == ("queued", "pause", 0)
-        owner = runs.claim(session, run, "next", now=NOW)
-        assert runs.beat(session, owner, Report(RunState.PAUSED, "", 1), now=NOW) is Desired.PAUSE
+        owner = claims.claim(session, run, "next", now=NOW)
+        assert claims.beat(session, owner, Report(RunState.PAUSED, "", 1), now=NOW) is Desired.PAUSE
 
 
 def test_an_ended_attempt_leaves_no_claims_about_itself(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
-        runs.beat(session, owner, Report(RunState.WAITING, "waiting", 9, 3.0, wanted_answers=4), now=NOW)
-        runs.yield_run(session, owner)
+        claims.beat(session, owner, Report(RunState.WAITING, "waiting", 9, 3.0, wanted_answers=4), now=NOW)
+        claims.yield_run(session, owner)
         run = runs.get_run(session, "mill")
         assert (run.owner, run.phase, run.steps_per_second, run.wanted_answers) == (None, "", None, 0)
         assert run.step == 9
@@ -325,7 +327,7 @@ def test_a_runs_history_is_told_in_sentences(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
         runs.stop_run(session, "mill")
-        runs.acknowledge_stop(session, owner)
+        claims.acknowledge_stop(session, owner)
         told = session.scalars(select(Event.text).order_by(Event.id)).all()
     assert told == [
         "Asked for.",

@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 from labels_db.answers import answer_query
+from labels_db.claims import claim_run
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Pressed, utc_now
-from labels_db.runs import claim_run
 
 
 def claim_until_none(path: Path) -> list[str]:

@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from labels_db.claims import finish_run
 from labels_db.models import RunState
-from labels_db.runs import finish_run, get_run
+from labels_db.runs import get_run
 from tests.server.conftest import Site
 from tests.web import demo
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from labels_db.claims import finish_run
 from labels_db.models import Command, utc_now
-from labels_db.runs import finish_run
 from tests.server.conftest import BASE, Site
 from tests.web import demo
 

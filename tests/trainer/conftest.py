@@ -9,13 +9,14 @@ from typing import Any
 
 import pytest
 
+from labels_db.claims import Claim, claim
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import RunState, utc_now
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from labels_db.run_config import RunConfig
-from labels_db.runs import Claim, claim, get_run, request_run
+from labels_db.runs import get_run, request_run
 from labels_db.storage import ArtifactStore
 from trainer.attempt import Attempt
 

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from sqlalchemy import select
 
+from labels_db.claims import Claim, attempt_died
 from labels_db.models import (
     Answer,
     Choice,
@@ -23,7 +24,7 @@ from labels_db.models import (
 )
 from labels_db.records import evaluations_of, fits_of
 from labels_db.run_config import RunConfig
-from labels_db.runs import Claim, attempt_died, extend_run, get_run, resume_run, stop_run
+from labels_db.runs import extend_run, get_run, resume_run, stop_run
 from tests.trainer.conftest import RUN, Lab, new_lab, small_config
 from tests.trainer.people import Person
 from tests.trainer.whole_runs import live_until, rows, weights

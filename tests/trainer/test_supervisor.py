@@ -14,9 +14,10 @@ from dataclasses import dataclass, field
 import pytest
 
 from labels_db import commands
+from labels_db.claims import Claim, queue_positions
 from labels_db.data_folder import DataFolder
 from labels_db.models import Command, RunState
-from labels_db.runs import Claim, get_run, queue_positions
+from labels_db.runs import get_run
 from tests.trainer.conftest import RUN, Lab, small_config
 from trainer.launcher import Handle, LocalLauncher
 from trainer.supervisor import Supervisor

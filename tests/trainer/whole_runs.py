@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 from sqlalchemy import select
 
+from labels_db.claims import Claim
 from labels_db.models import Answer, Fit, Metric, Query, QueryScore, RunState, Segment
 from labels_db.records import evaluations_of
-from labels_db.runs import Claim, stop_run
+from labels_db.runs import stop_run
 from tests.trainer.conftest import RUN, Lab
 from trainer.attempt import Attempt
 from trainer.checkpoints import Checkpoints

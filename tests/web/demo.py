@@ -12,6 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from labels_db.answers import answer_query
+from labels_db.claims import Claim, Report, acknowledge_stop, beat, claim, fail_run, finish_run
 from labels_db.commands import finish
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
@@ -29,18 +30,7 @@ from labels_db.records import (
     record_fit,
     record_metrics,
 )
-from labels_db.runs import (
-    Claim,
-    Report,
-    acknowledge_stop,
-    beat,
-    claim,
-    fail_run,
-    finish_run,
-    note,
-    pause_run,
-    request_run,
-)
+from labels_db.runs import note, pause_run, request_run
 from labels_db.storage import ArtifactStore, sha256
 from tests.web import pictures
 

@@ -7,11 +7,11 @@ import random
 
 from sqlalchemy.orm import Session
 
+from labels_db.claims import Claim, fail_run, finish_run
 from labels_db.experiments import Compared, Experiment, request_experiment
 from labels_db.feedback_sessions import open_session, post_query
 from labels_db.models import Run, RunState
 from labels_db.records import record_evaluation
-from labels_db.runs import Claim, fail_run, finish_run
 from tests.labels_db.given import a_segment
 from tests.web import demo
 

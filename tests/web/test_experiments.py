@@ -7,8 +7,8 @@ import re
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from labels_db.claims import Claim, finish_run
 from labels_db.models import Run
-from labels_db.runs import Claim, finish_run
 from tests.web import demo, demo_experiment
 from tests.web.conftest import LiveServer
 from tests.web.demo_experiment import NAME, STEPS, TASKS

@@ -7,10 +7,10 @@ import re
 import pytest
 from playwright.sync_api import Page, expect
 
+from labels_db.claims import Claim, finish_run
 from labels_db.goal_cards import change_goal
 from labels_db.models import Run
 from labels_db.policy_commands import policy_commands_of
-from labels_db.runs import Claim, finish_run
 from tests.web import demo
 from tests.web.conftest import LiveServer
 from tests.web.waiting import until
