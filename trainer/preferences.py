@@ -47,6 +47,11 @@ def labels_of(answers: Iterable[Said]) -> dict[int, float]:
     return {query: sum(labels) / len(labels) for query, labels in given.items()}
 
 
+def asked_about(answers: Iterable[Said]) -> set[int]:
+    """Queries that ever had an answer to learn from, taken back since or not."""
+    return {said.query_id for said in answers if said.choice in LABELS}
+
+
 class AnsweredQueries:
     """Follows a run's answers, and keeps the segments they are about in memory."""
 
@@ -62,7 +67,7 @@ class AnsweredQueries:
 
     def up_to(self, cursor: int) -> tuple[dict[int, float], dict[int, float]]:
         """y by query of all answers up to the cursor, and of the queries first answered since the last call."""
-        before = labels_of(self._said)
+        before = asked_about(self._said)  # who changes an answer was learned from before
         self._read(cursor)
         now = {query: y for query, y in labels_of(self._said).items() if query not in self._lost}
         return now, {query: y for query, y in now.items() if query not in before}

@@ -28,14 +28,13 @@ class Corridor(EpisodicEnvironment):
         self._place, self._speed = 0.0, 0.0
         self._make_ready(action_size=1, action_repeat=action_repeat)
 
-    def _begin(self, seed: int) -> Observation:
+    def _begin(self, seed: int) -> None:
         self._place, self._speed = float(np.random.default_rng(seed).uniform(-2, 2)), 0.0
-        return self._observe()
 
-    def _control_step(self, control: Control) -> tuple[Observation, float, bool, bool]:
+    def _control_step(self, control: Control) -> tuple[float, bool, bool]:
         self._speed += self.control_step * float(control[0])
         self._place += self.control_step * self._speed
-        return self._observe(), max(0.0, 1 - abs(self._place)), False, False
+        return max(0.0, 1 - abs(self._place)), False, False
 
     def _observe(self) -> Observation:
         return np.array([self._place, self._speed], np.float32)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from labels_db.models import Choice
-from trainer.preferences import Said, labels_of
+from trainer.preferences import Said, asked_about, labels_of
 
 
 def said(number: int, query: int, choice: Choice | None, retracts: int | None = None) -> Said:
@@ -37,6 +37,11 @@ def test_a_retraction_removes_and_a_new_answer_counts_again() -> None:
     answers = [said(1, 10, Choice.FIRST), said(2, 10, None, retracts=1)]
     assert labels_of(answers) == {}
     assert labels_of([*answers, said(3, 10, Choice.SECOND)]) == {10: 1.0}
+
+
+def test_an_answer_taken_back_was_given_all_the_same() -> None:
+    answers = [said(1, 10, Choice.FIRST), said(2, 11, Choice.SKIP), said(3, 10, None, retracts=1)]
+    assert asked_about(answers) == {10}  # a new answer about it is not news
 
 
 @given(
