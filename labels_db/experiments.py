@@ -50,6 +50,8 @@ class Experiment(Config):
     methods: list[str | Compared] = Field(min_length=1)
     seeds: list[int] = Field(min_length=1)
     settings: Settings = Field(default_factory=dict)
+    by_task: dict[str, Settings] = Field(default_factory=dict)
+    """What all methods set on some tasks; a method's own settings come last."""
     figures: list[Figure] = Field(default_factory=list)
 
     @field_validator("tasks")
@@ -80,6 +82,7 @@ class Experiment(Config):
         for figure in self.figures:
             _known(f"figure {figure.file!r}", "method", figure.shows(), methods)
             _known(f"figure {figure.file!r}", "task", figure.about(), tasks)
+        _known("by_task", "task", set(self.by_task), tasks)
         for one in self.compared:
             _known(f"method {one.name!r}", "task", {*one.by_task, *(one.tasks or ())}, tasks)
         return self
@@ -121,7 +124,8 @@ class PlannedRun:
         """SettingError names the setting that is wrong."""
         base = method_named(self.compared.method).config(preset_named(self.task), self.experiment.profile)
         own = {**self.compared.settings, **self.compared.by_task.get(self.task, {})}
-        chosen = {**DEFAULTS, **self.experiment.settings, **own, "seed": self.seed}
+        shared = {**self.experiment.settings, **self.experiment.by_task.get(self.task, {})}
+        chosen = {**DEFAULTS, **shared, **own, "seed": self.seed}
         return with_settings(base, {path: _text(value) for path, value in chosen.items()})
 
 

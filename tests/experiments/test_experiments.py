@@ -195,6 +195,7 @@ def test_what_was_stopped_is_asked_for_again(tmp_path: Path) -> None:
         ({"colour": "red"}, "colour: Extra inputs"),
         ({"methods": ["sac"]}, "figure 'claims': no method 'pebble-8'; one of sac"),
         ({"name": "Not a name"}, "name: "),
+        ({"by_task": {"walker-walk": {}}}, "by_task: no task 'walker-walk'; one of cartpole-swingup"),
         (
             {"figures": [{"kind": "strips", "file": "a"}, {"kind": "curves", "file": "a"}]},
             "figure 'a.png': is there 2 times",
@@ -287,7 +288,15 @@ def test_methods_may_have_settings_for_a_task_and_keep_to_some() -> None:
     compared = {"method": "sac", "name": "sac", "by_task": {"walker-walk": {"agent.width": 32}}}
     only = {"method": "pebble", "name": "pebble", "settings": ASKING, "tasks": ["walker-walk"]}
     tasks = ["cartpole-swingup", "walker-walk"]
-    says = {**SAYS, "tasks": tasks, "methods": [compared, only], "figures": [], "seeds": [1]}
+    of_tasks = {"walker-walk": {"agent.width": 64, "total_steps": 900}}
+    says = {
+        **SAYS,
+        "tasks": tasks,
+        "methods": [compared, only],
+        "figures": [],
+        "seeds": [1],
+        "by_task": of_tasks,
+    }
     planned = {one.run_id: one.config for one in Experiment.model_validate(says).planned()}
     assert set(planned) == {
         "tiny-cartpole-swingup-sac-1",
@@ -295,7 +304,8 @@ def test_methods_may_have_settings_for_a_task_and_keep_to_some() -> None:
         "tiny-walker-walk-pebble-1",
     }
     widths = [planned[f"tiny-{task}-sac-1"].agent.width for task in tasks]
-    assert widths == [16, 32]
+    assert widths == [16, 32]  # the method's own come last
+    assert [planned[f"tiny-{task}-sac-1"].total_steps for task in tasks] == [600, 900]
 
 
 def test_seeds_of_an_experiment_are_those_of_its_runs() -> None:
