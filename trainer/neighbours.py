@@ -20,6 +20,8 @@ STATES, QUERIES = 8192, 128
 """States compared at a time, at most, and with how many: their values, 4 MB, stay in a processor's cache."""
 MEASURED = 64
 """Queries whose members are measured at a time: their differences stay in the cache, and on the heap."""
+PAIRS = 1 << 24
+"""Distances held at a time by the plain search: 64 MB."""
 SPARE = 3
 """Groups measured beyond those that would do if nothing were rounded."""
 
@@ -36,7 +38,7 @@ def neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: int) -> 
         return plain_neighbour_distance(queries, own, states, k)
     sieve = _sieve(queries, states, groups)
     distance = _exact(queries, own, states, sieve.members, k)
-    doubtful = torch.nonzero(distance**2 > sieve.beyond)[:, 0]
+    doubtful = torch.nonzero(~(distance**2 <= sieve.beyond))[:, 0]  # so that nonsense is doubted too
     if len(doubtful):
         distance[doubtful] = plain_neighbour_distance(queries[doubtful], own[doubtful], states, k)
     return distance
@@ -45,6 +47,11 @@ def neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: int) -> 
 def plain_neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: int) -> Tensor:
     """The same by every difference of every pair: the reference."""
     k = max(1, min(k, len(states) - 1))
+    parts = (torch.split(each, max(1, PAIRS // len(states))) for each in (queries, own))
+    return torch.cat([_searched(few, rows, states, k) for few, rows in zip(*parts, strict=True)])
+
+
+def _searched(queries: Tensor, own: Tensor, states: Tensor, k: int) -> Tensor:
     distance = torch.cdist(queries, states, compute_mode="donot_use_mm_for_euclid_dist")
     place = own.clamp(min=0)[:, None]
     distance.scatter_(1, place, distance.gather(1, place).masked_fill_(own[:, None] >= 0, torch.inf))
@@ -70,35 +77,33 @@ def _sieve(queries: Tensor, states: Tensor, groups: int) -> Sieve:
     centre = states.mean(0)  # the smaller the numbers, the less is rounded
     x = queries - centre
     block = min(STATES, GROUP * math.ceil(len(states) / GROUP))
-    least, farthest = _least_of_groups(x, states, centre, block)
+    # What is rounded is less than half of this times (|x| + |y|)², and so than this times |x|² + |y|².
+    rounding = 4 * (x.shape[1] + 4) * torch.finfo(x.dtype).eps
+    least = _least_of_groups(x, states, centre, block, rounding)
     values, chosen = least.topk(groups + 1, dim=1, largest=False)
-    norms = x.square().sum(1)
-    rounding = 2 * (x.shape[1] + 4) * torch.finfo(x.dtype).eps
-    error = rounding * (norms.sqrt() + farthest.sqrt()) ** 2
-    return Sieve(_members(chosen[:, :-1], block), values[:, -1] + norms - error)
+    return Sieve(_members(chosen[:, :-1], block), values[:, -1] + x.square().sum(1) * (1 - rounding))
 
 
-def _least_of_groups(x: Tensor, states: Tensor, centre: Tensor, block: int) -> tuple[Tensor, Tensor]:
-    """The least |y|² − 2x·y of each group, [B, groups], and the largest |y|².
+def _least_of_groups(x: Tensor, states: Tensor, centre: Tensor, block: int, rounding: float) -> Tensor:
+    """The least |y|² − 2x·y of each group, [B, groups], less what rounding y may have done to it.
 
-    A group's states are `block / GROUP` apart. One more dimension adds |y|² within the product.
+    A group's states are `block / GROUP` apart. One more dimension adds |y|² within the product. The allowance is
+    each state's own, so that one that is far away casts no doubt on the others.
     """
     blocks, per_block = math.ceil(len(states) / block), block // GROUP
     least = x.new_empty(len(x), blocks, per_block)
     some = torch.split(F.pad(-2 * x, (0, 1), value=1.0), QUERIES)
     values = x.new_empty(QUERIES, block)
     y = x.new_zeros(block, x.shape[1] + 1)
-    farthest = x.new_zeros(())
     for number, part in enumerate(torch.split(states, block)):
         torch.sub(part, centre, out=y[: len(part), :-1])
-        torch.sum(y[: len(part), :-1].square(), 1, out=y[: len(part), -1])
-        farthest = torch.maximum(farthest, y[: len(part), -1].max())
+        torch.sum(y[: len(part), :-1].square(), 1, out=y[: len(part), -1]).mul_(1 - rounding)
         y[len(part) :, -1] = torch.inf  # what fills the last block is infinitely far
         for index, few in enumerate(some):
             found = torch.mm(few, y.t(), out=values[: len(few)]).view(len(few), GROUP, per_block)
             rows = slice(index * QUERIES, index * QUERIES + len(few))
             torch.amin(found, 1, out=least[rows, number])
-    return least.flatten(1), farthest
+    return least.flatten(1)
 
 
 def _members(groups: Tensor, block: int) -> Tensor:

@@ -15,14 +15,9 @@ WORTH_ROUNDING = 256 * 256
 
 def product_precision(config: RunConfig, device: torch.device, *, rows: int, width: int) -> torch.dtype:
     """bfloat16 where the run allows it, the device is fast at it and the products are large; else float32."""
-    if config.precision == "auto" and worth_rounding(rows, width) and fast_in_bfloat16(device):
+    if config.precision == "auto" and rows * width >= WORTH_ROUNDING and fast_in_bfloat16(device):
         return torch.bfloat16
     return torch.float32
-
-
-def worth_rounding(rows: int, width: int) -> bool:
-    """Whether layers of so many numbers gain from products in bfloat16."""
-    return rows * width >= WORTH_ROUNDING
 
 
 def fast_in_bfloat16(device: torch.device) -> bool:

@@ -15,7 +15,6 @@ from labels_db.run_config import LearnedReward
 from trainer.adam import FlatAdam
 from trainer.networks import EnsembleMLP, linear_default
 from trainer.passes import Passes, Room
-from trainer.precision import worth_rounding
 from trainer.randomness import Randomness
 
 LEAKY_SLOPE = 0.01
@@ -82,9 +81,7 @@ class RewardModel:
         self._order = randomness.torch("reward batches")
         self.members = EnsembleMLP(config.members, sizes, LEAKY_SLOPE, linear_default, weights).to(device)
         self.optimizer = FlatAdam((self.members.flat, config.learning_rate))
-        room = Room(device)
-        self._passes = Passes(self.members, precision, room)
-        self._few = Passes(self.members, torch.float32, room)
+        self._passes = Passes(self.members, precision, Room(device))
         bytes_per_row = config.members * config.width * torch.empty(0, dtype=precision).element_size()
         self._rows = max(64, LAYER_BYTES[device.type] // bytes_per_row)
 
@@ -97,8 +94,7 @@ class RewardModel:
     @torch.no_grad()
     def member_rewards(self, inputs: Tensor) -> Tensor:
         """Each member's reward, [B, D + A] → [E, B]."""
-        passes = self._passes if worth_rounding(len(inputs), self.config.width) else self._few
-        parts = [torch.tanh(passes.forward(rows)[..., 0]) for rows in torch.split(inputs, self._rows)]
+        parts = [torch.tanh(self._passes.forward(rows)[..., 0]) for rows in torch.split(inputs, self._rows)]
         return torch.cat(parts, 1)
 
     def segment_sums(self, segments: Tensor) -> Tensor:

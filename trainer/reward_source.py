@@ -28,8 +28,11 @@ class RewardSource(Protocol):
 class EnvironmentReward:
     """The task's own reward."""
 
+    def __init__(self, device: torch.device) -> None:
+        self._device = device
+
     def of(self, transitions: Transitions) -> Tensor:
-        return torch.from_numpy(transitions.true_rewards)
+        return on_device(transitions.true_rewards, self._device)
 
     def state(self) -> dict[str, Any]:
         return {}
@@ -72,6 +75,6 @@ def _learned(config: RunConfig, randomness: Randomness, device: torch.device) ->
 
 
 SOURCES: dict[type, Any] = {
-    TrueReward: lambda _config, _randomness, _device: EnvironmentReward(),
+    TrueReward: lambda _config, _randomness, device: EnvironmentReward(device),
     LearnedReward: _learned,
 }

@@ -15,14 +15,15 @@ import torch
 
 from benchmarks.speed.gpu import Settings
 from benchmarks.speed.gpu import agent as made
-from labels_db.run_config import SAC
+from labels_db.run_config import SAC, StateEntropy
 from tests.trainer.given import lived
 from trainer.agents.on_gpu import CapturedUpdate
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
-from trainer.exploration import RunningDeviation
+from trainer.exploration import StateEntropyReward
 from trainer.neighbours import neighbour_distance, plain_neighbour_distance
 from trainer.randomness import Randomness
+from trainer.reward_source import EnvironmentReward
 
 ROOT = Path(__file__).parents[2]
 on_a_gpu = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a GPU")
@@ -137,13 +138,13 @@ def test_a_step_on_a_gpu_waits_for_nothing_but_its_actions() -> None:
     seen, done = np.ones((1, 24), np.float32), np.ones((1, 6), np.float32)
     for _ in range(2 * CapturedUpdate.PLAINLY):
         agent.learn(None, 1)
-    deviation = RunningDeviation("cuda")
+    intrinsic = StateEntropyReward(StateEntropy(states_compared=40), agent.buffer, Randomness(0))
     torch.cuda.set_sync_debug_mode("error")
     try:
         agent.learn(None, 1)
-        agent.observe(lived(seen, done, seen, np.ones(1, bool)), torch.ones(1, device="cuda"))
-        states, rows = agent.buffer.observations(), torch.arange(64, device="cuda")
-        deviation.update(neighbour_distance(states[rows], rows, states, 5))
+        transitions = lived(seen, done, seen, np.ones(1, bool))
+        agent.observe(transitions, EnvironmentReward(torch.device("cuda")).of(transitions))
+        intrinsic(agent.buffer.batch(torch.arange(64, device="cuda")))
     finally:
         torch.cuda.set_sync_debug_mode("default")
 
