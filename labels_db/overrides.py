@@ -116,13 +116,15 @@ def _set(tree: dict[str, Any], path: str, value: str) -> None:
 
 
 def _choose_kind(tree: dict[str, Any], parents: list[str], path: str, kind: str) -> None:
+    """Another kind, with its own defaults; what had been chosen for the old one stays where it fits."""
     owner, model = _part(tree, parents[:-1], path)
     variants = variants_of(_annotation(model, parents[-1], path))
     if kind not in variants:
         raise SettingError(path, f"{kind!r} is unknown; one of {', '.join(variants)}")
-    fresh = variants[kind]().model_dump()
-    before = owner[parents[-1]].items()
-    kept = {name: value for name, value in before if name in fresh and _suits(variants[kind], name, value)}
+    before, fresh = owner[parents[-1]], variants[kind]().model_dump()
+    usual = variants[before["kind"]]().model_dump()
+    chosen = {name: value for name, value in before.items() if name in fresh and value != usual[name]}
+    kept = {name: value for name, value in chosen.items() if _suits(variants[kind], name, value)}
     owner[parents[-1]] = {**fresh, **kept, "kind": kind}
 
 

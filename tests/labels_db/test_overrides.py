@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from labels_db.config_fields import ConfigField, fields_of
-from labels_db.overrides import SettingError, with_kinds, with_settings
-from labels_db.presets import presets
+from labels_db.overrides import SettingError, variants_of, with_kinds, with_settings
+from labels_db.presets import preset_named, presets
 from labels_db.run_config import Continuous, Disagreement, Human, NoFeedback, RunConfig, Sessions, TrueReward
+from labels_db.run_config.teachers import TeacherConfig
 
 CONFIG = RunConfig()
 PROFILES = {
@@ -47,6 +48,23 @@ def test_another_kind_keeps_what_both_have() -> None:
     config = with_settings(CONFIG, {"feedback.budget": "77", "feedback.scheme.kind": "disagreement"})
     config = with_settings(config, {"feedback.kind": "continuous"})
     assert config.feedback == Continuous(budget=77, scheme=Disagreement())
+
+
+@pytest.mark.parametrize("kind", [*variants_of(TeacherConfig)])
+def test_another_teacher_brings_its_own_fault(kind: str) -> None:
+    """An oracle's zeros are no choice that somebody made; a tie that goes to the first one is."""
+    config = with_settings(CONFIG, {"feedback.teacher.kind": "oracle", "feedback.teacher.tie": "first"})
+    teacher = with_settings(config, {"feedback.teacher.kind": kind}).model_dump()["feedback"]["teacher"]
+    own = variants_of(TeacherConfig)[kind]().model_dump()
+    assert teacher == ({**own, "tie": "first"} if "tie" in own else own)
+
+
+def test_faults_compose() -> None:
+    changes = {"feedback.teacher.kind": "mistake", "feedback.teacher.equal": "0.2"}
+    config = with_settings(preset_named("walker-walk").config(), changes)
+    teacher = with_settings(config, {"feedback.teacher.kind": "myopic"}).model_dump()["feedback"]["teacher"]
+    assert (teacher["mistake"], teacher["equal"], teacher["discount"]) == (0.0, 0.2, 0.9)
+    assert config.model_dump()["feedback"]["teacher"]["mistake"] == 0.1
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from labels_db.models import Query, RunState
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from labels_db.records import fits_of
-from labels_db.run_config import RunConfig
+from labels_db.run_config import RunConfig, Sessions
 from labels_db.runs import resume_run
 from tests.trainer.conftest import RUN, Lab, new_lab, small_config
 from tests.trainer.whole_runs import live_until, rows, weights
@@ -78,6 +78,8 @@ def test_a_combination_runs_to_its_end(
     )
     if agent == "ppo":
         config = with_settings(config, PPO)
+    assert isinstance(config.feedback, Sessions)
+    assert config.feedback.teacher == type(config.feedback.teacher)()  # with its own faults
     lab = new_lab(tmp_path / "data")
     lab.request(config)
     assert lab.live() is RunState.FINISHED
