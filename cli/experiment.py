@@ -40,12 +40,11 @@ def list_methods(*, as_json: bool) -> None:
 
 def live_through(file: Path, data: DataFolder, parallel: int, *, as_json: bool) -> int:
     """Run what is missing of the experiment; 0 unless a run failed. Ctrl-C stops with checkpoints."""
-    from trainer.experiments.results import write_provenance, write_results
+    from trainer.experiments.results import write_results
     from trainer.experiments.runner import run_experiment
 
     structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
     experiment = _read(file)
-    write_provenance(experiment, data)
     leave = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: leave.set())
@@ -71,7 +70,7 @@ def plot(file: Path, data: DataFolder, out: Path | None) -> None:
     experiment = _read(file)
     folder = write_results(experiment, data)
     try:
-        results = Results.read(folder)
+        results = Results.read(folder, experiment)
     except FileNotFoundError as error:
         raise UsageError(f"{experiment.name}: has no results yet; run `pebble experiment {file}`") from error
     if not experiment.figures:

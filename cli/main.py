@@ -133,7 +133,7 @@ def train(
         "seed": seed,
     }
     config = chosen_config(preset, profile, shortcuts, setting or [], method)
-    sys.exit(train_here(preset, config, data, as_json=json))
+    sys.exit(train_here(preset, config, data, method=method, as_json=json))
 
 
 ExperimentFile = Annotated[Path, typer.Argument(help="A YAML file, as docs/experiments.md describes.")]

@@ -58,7 +58,9 @@ def chosen_config(
         raise UsageError(f"{OPTIONS.get(error.path, f'--set {error.path}')}: {error.message}") from error
 
 
-def train_here(preset: str, config: RunConfig, data: DataFolder, *, as_json: bool) -> int:
+def train_here(
+    preset: str, config: RunConfig, data: DataFolder, *, method: str | None = None, as_json: bool
+) -> int:
     """Train in this process; 0 unless the run failed. Ctrl-C stops it with a checkpoint."""
     from trainer.attempt import Attempt
 
@@ -66,7 +68,8 @@ def train_here(preset: str, config: RunConfig, data: DataFolder, *, as_json: boo
     database = data.open_database()
     known = config.catalogue_entry
     with database.write() as session:  # asked for and claimed at once: no supervisor can come between
-        run = request_run(session, config, title=known.title, goal=known.goal, preset=preset)
+        title = known.title if method is None else f"{known.title} · {method}"
+        run = request_run(session, config, title=title, goal=known.goal, preset=preset, method=method)
         owned = claim(session, run, "foreground", now=utc_now())
     attempt = Attempt(data, owned)
     console = Console(stderr=as_json)

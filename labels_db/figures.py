@@ -77,12 +77,14 @@ class Ends(OfMethods):
 
 
 class Differences(OfFile):
-    """A table: by how much one method ends above another, seed by seed."""
+    """A table: by how much one method ends above another, or above a share of it, seed by seed."""
 
     ending = "md"
     kind: Literal["differences"] = "differences"
     measure: str = "return"
     pairs: list[tuple[str, str]]
+    share: float = Field(1.0, gt=0, le=1)
+    """Of the other method: with 0.95, "higher" means at least 95 % of it."""
 
     def about(self) -> set[str]:
         """The tasks that it names."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -133,7 +134,11 @@ def test_every_run_is_lived_under_its_name(lived: tuple[Path, DataFolder]) -> No
 def test_results_are_parquet_beside_configuration_and_versions(lived: tuple[Path, DataFolder]) -> None:
     _, data = lived
     folder = data.path / "experiments" / "tiny"
-    results = Results.read(folder)
+    results = Results.read(folder, Experiment.model_validate(SAYS))
+    fewer = Results.read(folder, Experiment.model_validate({**SAYS, "seeds": [2]}))
+    assert set(fewer.curves("cartpole-swingup", "sac", "return")) == {
+        2
+    }  # what is planned no more is left out
     curves = results.curves("cartpole-swingup", "sac", "return")
     assert {seed: [step for step, _ in curve] for seed, curve in curves.items()} == {
         1: [200, 400, 600],
@@ -144,11 +149,20 @@ def test_results_are_parquet_beside_configuration_and_versions(lived: tuple[Path
     assert results.last("cartpole-swingup", "sac", "return") == {s: c[-1][1] for s, c in curves.items()}
     kept = Experiment.model_validate_json((folder / "experiment.json").read_text())
     assert kept == Experiment.model_validate(SAYS)
+    first, second = json.loads((folder / "configurations.json").read_text()).values()
+    assert (first["feedback"]["budget"], second["agent"]["width"]) == (8, 16)
     assert "torch" in (folder / "versions.json").read_text()
 
 
 def test_every_kind_of_figure_is_drawn(lived: tuple[Path, DataFolder], tmp_path: Path) -> None:
     file, data = lived
+    folder = data.path / "experiments" / "tiny"
+    kept = {path.name: path.read_bytes() for path in folder.glob("*.json")}
+    changed = written(tmp_path, settings={**SMALL, "total_steps": 700})
+    with pebble("experiment", str(changed), "--data", str(data.path)) as refused:
+        refused.communicate(timeout=60)
+    assert refused.returncode != 0
+    assert kept == {path.name: path.read_bytes() for path in folder.glob("*.json")}  # of what was run
     with pebble("plot", str(file), "--data", str(data.path), "--out", str(tmp_path)) as plotting:
         said, _ = plotting.communicate(timeout=120)
     assert plotting.returncode == 0
@@ -228,7 +242,7 @@ def test_a_missing_or_broken_file_is_named(tmp_path: Path) -> None:
 def recorded(**changes: Any) -> dict[str, Any]:
     """A row of results."""
     row = {"task": "cartpole-swingup", "method": "sac", "seed": 1, "step": 200, "state": "finished"}
-    return {**row, "return": 1.0, "answers": 0, **changes}
+    return {**row, "return": 1.0, "answers": 0, "total_steps": 400, **changes}
 
 
 def test_only_finished_runs_have_an_end() -> None:
@@ -237,6 +251,20 @@ def test_only_finished_runs_have_an_end() -> None:
     assert set(Results(rows).curves("cartpole-swingup", "sac", "return")) == {1, 2}
     assert set(Results(rows).comparable("cartpole-swingup", "sac", "return")) == {1}
     assert set(Results(rows[2:]).comparable("cartpole-swingup", "sac", "return")) == {2}
+
+
+def test_answers_and_steps_are_those_of_finished_runs() -> None:
+    rows = [recorded(answers=200), recorded(seed=2, answers=20, total_steps=900, state="running")]
+    assert Results(rows).answers("cartpole-swingup", "sac") == 200
+    assert Results(rows).steps("cartpole-swingup", "sac") == 400
+
+
+def test_no_two_methods_look_alike(tmp_path: Path) -> None:
+    for file in EXPERIMENTS.glob("*.yaml"):
+        experiment = read_experiment(file)
+        drawing = Drawing(experiment, Results([]), DataFolder(tmp_path), tmp_path)
+        styles = [tuple(drawing.style(one.name).values()) for one in experiment.compared]
+        assert len(set(styles)) == len(styles), file.name
 
 
 def drawn(figure: Curves, rows: list[dict[str, Any]], folder: Path) -> Any:
@@ -280,7 +308,7 @@ def test_results_hold_every_task_s_own_measures(tmp_path: Path) -> None:
                 )
             )
     database.close()
-    results = Results.read(write_results(experiment, data))
+    results = Results.read(write_results(experiment, data), experiment)
     assert results.curves("cartpole-swingup", "sac", "turns") == {2: [(1, 3.0)]}
 
 

@@ -70,6 +70,14 @@ def test_differences_are_paired_by_seed_and_say_undecided(tmp_path: Path) -> Non
     assert down[1:] == ["sac − pebble", "3", "-20.0", "-44.8 … +4.8", "undecided", "83%"]
 
 
+def test_a_share_of_the_other_may_be_compared_with(tmp_path: Path) -> None:
+    rows = finished("sac", [100, 110]) + finished("pebble", [98, 107])
+    figure = Differences(file="claims", pairs=[("pebble", "sac")], share=0.9)
+    _, row = cells(differences(figure, drawing(rows, tmp_path)))
+    assert row[1:4] == ["pebble − 0.9 · sac", "2", "+8.0"]
+    assert row[6] == "98%"
+
+
 def test_a_difference_of_one_seed_says_what_is_missing(tmp_path: Path) -> None:
     figure = Differences(file="claims", pairs=[("pebble", "sac")])
     rows = finished("sac", [1]) + finished("pebble", [2])

@@ -203,13 +203,15 @@ def test_a_stopped_run_whose_clip_range_shrinks_repeats_exactly(lab: Lab) -> Non
     assert replay(lab.database, lab.store, RUN, lambda _steps: None).same
 
 
-def test_its_policy_as_layers_says_the_same() -> None:
-    learner = agent()
+@pytest.mark.parametrize("normalised", [True, False])
+def test_its_policy_as_layers_says_the_same(normalised: bool) -> None:
+    settings = {"agent__normalise_observations": normalised}
+    learner = agent(**settings)
     for _ in range(2):
         live(learner, T)
         learner.learn(None, N)
-    seen = 5 * np.random.default_rng(0).normal(size=(20, D)).astype(np.float32)
-    layers = policy_layers(config(), learner.state())
+    seen = 15 * np.random.default_rng(0).normal(size=(20, D)).astype(np.float32)
+    layers = policy_layers(config(**settings), learner.state())
     np.testing.assert_allclose(roll_out(layers, seen), learner.act(seen, explore=False), atol=1e-6)
 
 

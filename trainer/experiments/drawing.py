@@ -12,6 +12,10 @@ from trainer.experiments.results import Results
 
 COLOURS = ("#2b6cb0", "#c05621", "#2f855a", "#805ad5", "#b83280", "#718096", "#975a16", "#00838f", "#c53030")
 
+LINES = ("-", "--", "-.")
+Style = dict[str, str]
+"""Colour and kind of a line, as matplotlib takes them."""
+
 
 @dataclass(frozen=True)
 class Drawing:
@@ -28,7 +32,8 @@ class Drawing:
     def methods(self, wanted: list[str] | None) -> list[str]:
         return wanted or [one.name for one in self.experiment.compared]
 
-    def colour(self, method: str) -> str:
-        """The same in every figure of the experiment."""
-        names = [one.name for one in self.experiment.compared]
-        return COLOURS[names.index(method) % len(COLOURS)]
+    def style(self, method: str) -> Style:
+        """The same in every figure of the experiment, and no other method's."""
+        place = [one.name for one in self.experiment.compared].index(method)
+        round_, colour = divmod(place, len(COLOURS))
+        return {"color": COLOURS[colour], "linestyle": LINES[round_ % len(LINES)]}

@@ -51,18 +51,18 @@ def curves(figure: Curves, drawing: Drawing) -> Path:
 
 def _curve(axes: Any, figure: Curves, task: str, method: str, drawing: Drawing) -> None:
     """The method's line; as an asymptote, only where it ends."""
-    colour = drawing.colour(method)
+    style = drawing.style(method)
     if method in figure.asymptotes:
         ends = list(drawing.results.last(task, method, figure.measure).values())
         if ends:
             end = SPREADS[figure.statistic](np.array(ends)[:, None])[0][0]
             label = f"{method} ({len(ends)}), at its end"
-            axes.axhline(end, color=colour, linestyle=":", linewidth=1.5, label=label)
+            axes.axhline(end, **{**style, "linestyle": ":"}, linewidth=1.5, label=label)
     elif found := drawing.results.comparable(task, method, figure.measure):
         steps, values = aligned(list(found.values()))
         middle, low, high = SPREADS[figure.statistic](values)
-        axes.plot(steps, middle, color=colour, linewidth=1.6, label=f"{method} ({len(values)})")
-        axes.fill_between(steps, low, high, color=colour, alpha=0.18, linewidth=0)
+        axes.plot(steps, middle, **style, linewidth=1.6, label=f"{method} ({len(values)})")
+        axes.fill_between(steps, low, high, color=style["color"], alpha=0.18, linewidth=0)
 
 
 def _refuse_nothing(panels: list[Any], file: str, measure: str) -> None:

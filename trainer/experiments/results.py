@@ -44,8 +44,21 @@ def results_folder(experiment: Experiment, data: DataFolder) -> Path:
 def write_provenance(experiment: Experiment, data: DataFolder) -> None:
     """What is run, and by which versions: at the time of running, not of drawing."""
     folder = results_folder(experiment, data)
-    _write(folder / "experiment.json", (experiment.model_dump_json(indent=1) + "\n").encode())
-    _write(folder / "versions.json", (json.dumps(versions(), indent=1) + "\n").encode())
+    written = {
+        "experiment": experiment.model_dump(mode="json"),
+        "configurations": configurations(experiment),
+        "versions": versions(),
+    }
+    for name, value in written.items():
+        _write(folder / f"{name}.json", (json.dumps(value, indent=1) + "\n").encode())
+
+
+def configurations(experiment: Experiment) -> dict[str, Any]:
+    """Every setting of each task and method, by the first seed's run: presets change as time goes by."""
+    first = experiment.seeds[0]
+    return {
+        one.run_id: one.config.model_dump(mode="json") for one in experiment.planned() if one.seed == first
+    }
 
 
 def write_results(experiment: Experiment, data: DataFolder) -> Path:
@@ -109,9 +122,11 @@ class Results:
         self.rows = rows
 
     @classmethod
-    def read(cls, folder: Path) -> Results:
-        """FileNotFoundError where no results have been written yet."""
-        return cls(pq.read_table(folder / "results.parquet").to_pylist())
+    def read(cls, folder: Path, experiment: Experiment) -> Results:
+        """Of the runs that the experiment plans now; FileNotFoundError where no results have been written yet."""
+        planned = {one.run_id for one in experiment.planned()}
+        rows = pq.read_table(folder / "results.parquet").to_pylist()
+        return cls([row for row in rows if row["run"] in planned])
 
     def curves(self, task: str, method: str, measure: str) -> Mapping[int, Curve]:
         """Each seed's curve."""
@@ -128,18 +143,21 @@ class Results:
 
     def last(self, task: str, method: str, measure: str) -> Mapping[int, float]:
         """The value at the last evaluation of each seed that has finished."""
-        over = {row["seed"] for row in self._of(task, method) if row["state"] == RunState.FINISHED}
+        over = {row["seed"] for row in self._finished(task, method)}
         curves = self.curves(task, method, measure)
         return {seed: curve[-1][1] for seed, curve in curves.items() if seed in over}
 
     def steps(self, task: str, method: str) -> int:
-        """The steps that each of its runs is to have."""
-        return int(max(row["total_steps"] for row in self._of(task, method)))
+        """The steps that each of its finished runs had."""
+        return int(max(row["total_steps"] for row in self._finished(task, method)))
 
     def answers(self, task: str, method: str) -> float:
-        """Preferences that a seed learned from in the end, on average."""
-        by_seed = {row["seed"]: row["answers"] for row in self._of(task, method)}
+        """Preferences that a finished seed learned from, on average."""
+        by_seed = {row["seed"]: row["answers"] for row in self._finished(task, method)}
         return float(sum(by_seed.values())) / max(len(by_seed), 1)
+
+    def _finished(self, task: str, method: str) -> list[dict[str, Any]]:
+        return [row for row in self._of(task, method) if row["state"] == RunState.FINISHED]
 
     def _of(self, task: str, method: str) -> Iterator[dict[str, Any]]:
         return (row for row in self.rows if (row["task"], row["method"]) == (task, method))

@@ -14,6 +14,7 @@ from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
 from labels_db.models import Run, RunState
+from trainer.experiments.results import write_provenance
 from trainer.launcher import LocalLauncher
 from trainer.supervisor import LOOK_SECONDS, Supervisor
 
@@ -51,6 +52,8 @@ def run_experiment(
     database = data.open_database()
     with database.write() as session:
         request_experiment(session, experiment)
+    if not _standing(database, experiment).over:  # what finished long ago was by the versions of then
+        write_provenance(experiment, data)
     supervisor = Supervisor(data, database, LocalLauncher(data), parallel, leave, experiment=experiment.name)
     try:
         while not (standing := _standing(database, experiment)).over and not leave.is_set():

@@ -44,17 +44,21 @@ def differences(figure: Differences, drawing: Drawing) -> Path:
     """Task by pair, with interval and verdict."""
     head = ["task", "pair", "seeds", "difference", "95 % interval", "verdict", "share"]
     rows = [
-        [task, f"{one} − {other}", *_difference(task, one, other, figure.measure, drawing)]
+        [task, _pair(one, other, figure.share), *_difference(task, one, other, figure, drawing)]
         for task in drawing.experiment.tasks
         for one, other in figure.pairs
     ]
     return _written(drawing.path(figure), head, rows)
 
 
-def _difference(task: str, one: str, other: str, measure: str, drawing: Drawing) -> list[str]:
-    ends = [drawing.results.last(task, method, measure) for method in (one, other)]
+def _pair(one: str, other: str, share: float) -> str:
+    return f"{one} − {other}" if share == 1 else f"{one} − {share:g} · {other}"
+
+
+def _difference(task: str, one: str, other: str, figure: Differences, drawing: Drawing) -> list[str]:
+    ends = [drawing.results.last(task, method, figure.measure) for method in (one, other)]
     try:
-        found = paired_difference(*ends)
+        found = paired_difference(ends[0], {seed: figure.share * end for seed, end in ends[1].items()})
     except ValueError as error:
         return ["", "", "", str(error), ""]
     interval = f"{found.low:+.1f} … {found.high:+.1f}"
