@@ -66,15 +66,14 @@ class Collector:
 
     def _step_one(self, index: int, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool]:
         environment = self.environments[index]
-        physics = environment.physics_state() if self.pool is not None else None
         observation, reward, terminated, truncated, _ = environment.step(action)
         self.returns[index] += float(reward)
-        if physics is not None:
+        if self.pool is not None:
             self.episodes[index].append(
                 observations=self.observations[index],
                 actions=action,
                 rewards=np.asarray(reward, np.float32),
-                states=physics,
+                states=environment.moments,
             )
         return observation, float(reward), terminated, terminated or truncated
 

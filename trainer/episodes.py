@@ -14,7 +14,7 @@ Array = NDArray[Any]
 
 @dataclass
 class Episode:
-    """One episode: step t holds s_t, a_t, r_t and the simulator's state at s_t."""
+    """One episode: step t holds s_t, a_t, r_t and the simulator's states while a_t was held."""
 
     number: int
     seed: int
@@ -33,7 +33,7 @@ class Episode:
 
 @dataclass(frozen=True)
 class FinishedEpisode:
-    """observations [L, D], actions [L, A], rewards [L], states [L, S]."""
+    """observations [L, D], actions [L, A], rewards [L], states [L, action_repeat, S]."""
 
     number: int
     seed: int

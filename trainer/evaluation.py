@@ -17,7 +17,7 @@ Policy = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
 @dataclass(frozen=True)
 class EvaluatedEpisode:
-    """True return, the task's own measures at the end, and the simulator's states [L, S]."""
+    """True return, the task's own measures at the end, and the simulator's state in each control step [T, S]."""
 
     seed: int
     true_return: float
@@ -30,14 +30,15 @@ def evaluate_episode(
 ) -> EvaluatedEpisode:
     """One episode; `between_steps` lets a stop request be answered in its middle."""
     observation, info = environment.reset(seed=seed)
-    states, total, over = [environment.physics_state()], 0.0, False
+    states, total, over = [], 0.0, False
     while not over:
         between_steps()
         observation, reward, terminated, truncated, info = environment.step(policy(observation[None])[0])
-        states.append(environment.physics_state())
+        states.append(environment.moments)
         total += float(reward)
         over = terminated or truncated
-    return EvaluatedEpisode(seed, total, dict(info.get("measures", {})), np.stack(states))
+    states.append(environment.physics_state()[None])
+    return EvaluatedEpisode(seed, total, dict(info.get("measures", {})), np.concatenate(states))
 
 
 def evaluate(

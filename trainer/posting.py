@@ -178,7 +178,9 @@ class PeoplesDesk:
         return self._clip(first), self._clip(second)
 
     def _clip(self, segment: SegmentData) -> Future[EncodedClip]:
-        return self.renderer.clip(segment.episode.seed, segment.states, self.step_seconds)
+        moments = segment.moments
+        seconds = self.step_seconds * segment.length / len(moments)
+        return self.renderer.clip(segment.episode.seed, moments, seconds)
 
     def _post_drawn(self, asked: Asked, index: int, clips: Clips) -> bool:
         """Post the query once its clips are drawn; False when one of them cannot be."""

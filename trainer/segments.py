@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,8 +26,13 @@ class SegmentData:
 
     @property
     def states(self) -> Array:
-        """Simulator states, [H, S]."""
+        """Simulator states, [H, action_repeat, S]."""
         return self._cut(self.episode.states)
+
+    @property
+    def moments(self) -> Array:
+        """The same one after the other, as they are drawn, [H · action_repeat, S]."""
+        return one_by_one(self.states)
 
     @property
     def observations(self) -> Array:
@@ -57,9 +63,14 @@ def inputs_from_bytes(data: bytes) -> Array:
 
 
 def states_from_bytes(data: bytes) -> tuple[int, Array]:
-    """The episode's seed and simulator states [H, S] of a stored segment."""
+    """The episode's seed and simulator states [H · action_repeat, S] of a stored segment."""
     header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
-    return int(header["__metadata__"]["episode_seed"]), load_arrays(data)["states"]
+    return int(header["__metadata__"]["episode_seed"]), one_by_one(load_arrays(data)["states"])
+
+
+def one_by_one(states: Array) -> Array:
+    """[H, n, S] → [H · n, S]; those of old have one a step, [H, S]."""
+    return states.reshape(math.prod(states.shape[:-1]), states.shape[-1])
 
 
 def rewards_from_bytes(data: bytes) -> Array:

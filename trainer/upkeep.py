@@ -119,7 +119,7 @@ class RecordedUpkeep:
         self.evaluated = training.step
         if self._wants_video(training):
             first = episodes[0]
-            video = self.renderer.video(first.seed, first.states, self.config.step_seconds)
+            video = self.renderer.video(first.seed, first.states, self.environment.control_step)
             training.journal.video(training.step, video)
         return episodes
 

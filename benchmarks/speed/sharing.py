@@ -69,19 +69,20 @@ def _train_and_draw() -> None:
     from benchmarks.speed.loop import Stepper
     from trainer.episodes import EpisodePool
     from trainer.rendering import Renderer
+    from trainer.segments import one_by_one
 
     torch.set_num_threads(1)
     stepper = Stepper("walker-walk", exploring=False, precision="auto")
     config, pool = stepper.training.config, stepper.training.collector.pool
     assert isinstance(pool, EpisodePool)
-    states = pool.episodes[0].states
-    length = config.segment_steps
+    states = one_by_one(pool.episodes[0].states)
+    length = round(1 / stepper.training.collector.environments[0].control_step)
     with Renderer(config.environment, config.clips) as renderer:
-        renderer.clip(0, states[:length], config.step_seconds).result()
+        renderer.clip(0, states[:length], 1 / length).result()
         for _ in range(ROUNDS):
             alone = _rate(stepper, partial(_later, time.perf_counter() + 5))
             starts = [index % (len(states) - length) for index in range(2 * PAIRS // ROUNDS)]
-            clips = [renderer.clip(0, states[at : at + length], config.step_seconds) for at in starts]
+            clips = [renderer.clip(0, states[at : at + length], 1 / length) for at in starts]
             print(alone, _rate(stepper, clips[-1].done), flush=True)
 
 

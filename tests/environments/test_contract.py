@@ -75,6 +75,30 @@ def test_sizes_are_those_of_the_catalogue(config: Config) -> None:
     assert environment.physics_state().dtype == np.float64
 
 
+@pytest.mark.parametrize("config", SAMPLE, ids=name)
+def test_a_held_action_can_be_drawn_control_step_by_control_step(config: Config) -> None:
+    """Three control steps under one action go through the states that they go through one by one."""
+    held, single = (started(config.model_copy(update={"action_repeat": n})) for n in (3, 1))
+    (action,) = actions(held, 1)
+    held.step(action)
+    one_by_one = [single.physics_state()]
+    for _ in range(3):
+        single.step(action)
+        one_by_one.append(single.physics_state())
+    np.testing.assert_array_equal(held.moments, one_by_one[:3])
+    np.testing.assert_array_equal(held.physics_state(), one_by_one[3])
+
+
+def test_an_episode_that_ends_in_the_middle_of_a_hold_has_as_many_moments() -> None:
+    environment = started(SAMPLE[0].model_copy(update={"action_repeat": 7}))
+    over = False
+    while not over:
+        *_, terminated, truncated, _ = environment.step(actions(environment, 1)[0])
+        over = terminated or truncated
+    assert environment.episode_steps % 7
+    assert environment.moments.shape == (7, environment.state_size)
+
+
 def test_observations_are_not_overwritten_later() -> None:
     environment = started(SAMPLE[1])
     kept, *_ = environment.step(actions(environment, 1)[0])

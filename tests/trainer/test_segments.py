@@ -22,7 +22,7 @@ def episode(number: int, length: int) -> FinishedEpisode:
         observations=rng.normal(size=(length, 3)).astype(np.float32),
         actions=rng.normal(size=(length, 2)).astype(np.float32),
         rewards=rng.normal(size=length).astype(np.float32),
-        states=rng.normal(size=(length, 4)),
+        states=rng.normal(size=(length, 2, 4)),
     )
 
 
@@ -47,7 +47,8 @@ def test_pairs_are_whole_and_disjoint_whenever_there_are_any(lengths: list[int],
     for first, second in sampler.draw(20):
         for segment in (first, second):
             assert 0 <= segment.start <= len(segment.episode) - h
-            assert segment.states.shape == (h, 4)
+            assert segment.states.shape == (h, 2, 4)
+            np.testing.assert_array_equal(segment.moments[1::2], segment.states[:, 1])
         if first.episode is second.episode:
             assert abs(first.start - second.start) >= h
 

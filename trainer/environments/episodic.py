@@ -44,11 +44,13 @@ class EpisodicEnvironment(Environment):
             raise RuntimeError("step: the episode has ended, or none was started; call reset(seed=...) first")
         control = np.clip(action, -1.0, 1.0).astype(np.float64)
         reward, terminated, truncated = 0.0, False, False
+        moments = []
         for _ in range(self._repeat):
-            if terminated or truncated:
-                break
-            gained, terminated, truncated = self._one_step(control)
-            reward += gained
+            if not (terminated or truncated):
+                moments.append(self.physics_state())
+                gained, terminated, truncated = self._one_step(control)
+                reward += gained
+        self.moments = np.stack(moments + moments[-1:] * (self._repeat - len(moments)))
         self._ended = terminated or truncated
         self._observation = self._observe()  # only now: the agent sees nothing in between
         return self._observation.copy(), reward, terminated, truncated, {"measures": self._measures()}

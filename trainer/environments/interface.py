@@ -75,6 +75,9 @@ class Environment(gymnasium.Env[Observation, Action]):
     episode_steps: int
     """Control steps of a whole episode."""
 
+    moments: PhysicsState
+    """States [action_repeat, S] at which the last step's control steps began: what there is to draw of it."""
+
     @abstractmethod
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """gymnasium's step; `info["measures"]` maps names to numbers that people understand."""

@@ -43,12 +43,12 @@ def _strip(run_id: str, data: DataFolder, frames: int) -> Picture:
     environment = make_environment(config.environment)
     lived = evaluate(policy, environment, seed=config.seed, episodes=5)
     best = max(lived, key=lambda episode: episode.true_return)
-    return _frames(_drawn(config, [_middle(best, config)])[0], frames)
+    middle = _middle(best, round(SECONDS / environment.control_step))
+    return _frames(_drawn(config, [middle])[0], frames)
 
 
-def _middle(episode: EvaluatedEpisode, config: RunConfig) -> tuple[int, Any]:
-    """Seed and states [H, S] of the seconds in an episode's middle."""
-    steps = round(SECONDS / config.step_seconds)
+def _middle(episode: EvaluatedEpisode, steps: int) -> tuple[int, Any]:
+    """Seed and states [steps, S] of an episode's middle."""
     start = max(0, len(episode.states) // 2 - steps // 2)
     return episode.seed, episode.states[start : start + steps]
 
@@ -93,12 +93,10 @@ def _returns(first: Segment, second: Segment) -> str:
 
 
 def _drawn(config: RunConfig, segments: list[tuple[int, Any]]) -> list[EncodedClip]:
-    renderer = Renderer(config.environment, CLIPS)
-    try:
+    """Clips of which only frames are shown, so that it does not matter how long each is."""
+    with Renderer(config.environment, CLIPS) as renderer:
         asked = [renderer.clip(seed, states, config.step_seconds) for seed, states in segments]
         return [clip.result() for clip in asked]
-    finally:
-        renderer.close()
 
 
 def _frames(clip: EncodedClip, count: int) -> Picture:

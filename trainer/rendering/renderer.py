@@ -71,7 +71,7 @@ class Renderer:
                 self._keep()
 
     def clip(self, episode_seed: int, states: PhysicsState, step_seconds: float) -> Future[EncodedClip]:
-        """The sprite sheet of a segment's states [H, S], each lasting `step_seconds`."""
+        """The sprite sheet of a segment's states [n, S], each lasting `step_seconds`."""
         return self._ask("clip", episode_seed, states, step_seconds)
 
     def video(self, episode_seed: int, states: PhysicsState, step_seconds: float) -> Future[bytes]:
