@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -150,8 +149,9 @@ def experiment(
 ) -> None:
     """Run methods × tasks × seeds; run it again after any end to go on."""
     from cli.experiment import live_through
+    from trainer.cores import available_cores
 
-    sys.exit(live_through(file, data, parallel or os.cpu_count() or 1, as_json=json))
+    sys.exit(live_through(file, data, parallel or available_cores(), as_json=json))
 
 
 @app.command()

@@ -22,6 +22,7 @@ from labels_db.database import Database
 from labels_db.log_tail import log_tail
 from labels_db.models import utc_now
 from labels_db.policy_commands import POLICY_COMMANDS
+from trainer.cores import available_cores
 from trainer.launcher import Handle, Launcher, LocalLauncher
 
 log = structlog.get_logger()
@@ -33,7 +34,7 @@ LOG_LINES = 12
 
 def default_parallel_runs() -> int:
     """One run for every two cores: a run also renders, and the server wants to answer."""
-    return max(1, (os.cpu_count() or 1) // 2)
+    return max(1, available_cores() // 2)
 
 
 @dataclass

@@ -20,6 +20,9 @@ from benchmarks.speed.start import processor, train_to_first_step, up_to_served_
 
 RESULTS = Path(__file__).parent.parent / "results"
 PEAK_FLOPS = 2 * 2048**3
+HEAD = """\
+| what | ours | spread | best peer | ours is × faster | of the matrix limit | reach |
+|---|---|---|---|---|---|---|"""
 
 
 def measured(row: Row) -> dict[str, Any]:
@@ -83,11 +86,17 @@ def starts() -> Iterator[dict[str, Any]]:
 
 def line(row: dict[str, Any]) -> str:
     """The row in Markdown."""
-    cells = [row["name"], f"{row['ours']:.4g} {row['unit']}".replace(" /", "/")]
+    cells = [row["name"], f"{row['ours']:.4g} {row['unit']}".replace(" /", "/"), _spread(row)]
     cells.append("–" if row["best_peer"] is None else f"{row['best_peer']:.4g} ({row['peer']})")
     cells.append("–" if row["ratio"] is None else f"{row['ratio']:.2f}")
     cells.append("–" if row["limit_fraction"] is None else f"{100 * row['limit_fraction']:.0f} %")
     return "| " + " | ".join([*cells, row["reach"]]) + " |"
+
+
+def _spread(row: dict[str, Any]) -> str:
+    """Between which of its rounds ours lay."""
+    low, high = row["all"].get("ours", {}).get("spread", (None, None))
+    return "–" if low is None else f"{low:.4g} … {high:.4g}"
 
 
 def machine(peers: Path | None) -> dict[str, Any]:
@@ -107,9 +116,7 @@ def main() -> None:
     parser.add_argument("--peers", type=Path, help="the Python of an environment with peers.txt installed")
     parser.add_argument("--only", default="", help="rows whose name holds this; nothing is written then")
     chosen = parser.parse_args()
-    print(
-        "| what | ours | best peer | ours is × faster | of the matrix limit | reach |\n|---|---|---|---|---|---|"
-    )
+    print(HEAD)
     rows = []
     for row in all_rows(chosen.peers):
         if chosen.only in row.name:
@@ -120,6 +127,7 @@ def main() -> None:
     for other_row in (*shared_cores(), *starts()):
         rows.append(other_row)
         print(line(other_row), flush=True)
+    (RESULTS / "speed.md").write_text("\n".join([HEAD, *map(line, rows), ""]), encoding="utf-8")
     curves = growth()
     plot(curves, RESULTS / "growth.png")
     written = {"machine": machine(chosen.peers), "rows": rows, "growth": curves}

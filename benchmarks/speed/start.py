@@ -48,9 +48,12 @@ def _until(arguments: list[str], ready: Callable[[], bool]) -> float:
 
 
 def _served() -> bool:
+    """Whether the page that asks for the token is there: the first that anybody sees."""
     try:
-        with urllib.request.urlopen(f"http://127.0.0.1:{PORT}/healthz") as answer:
+        with urllib.request.urlopen(f"http://127.0.0.1:{PORT}/") as answer:
             return bool(answer.status == 200)
+    except urllib.error.HTTPError as refused:
+        return refused.headers.get_content_type() == "text/html"
     except (urllib.error.URLError, ConnectionError):
         return False
 
