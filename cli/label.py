@@ -20,6 +20,8 @@ from labels_db.answers import pressed_for
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import Lease
+from labels_db.overrides import SettingError, with_settings
+from labels_db.run_config import RunConfig, Scripted, Sessions
 from labels_db.runs import config_of, get_run
 from server.token import access_token
 from trainer.teachers import ScriptedTeacher, scripted_teacher_named
@@ -53,14 +55,38 @@ class Client:
             ) from error
 
 
-def label_run(
-    run_id: str, data: DataFolder, teacher: str, url: str, seconds: float, answers: int | None
-) -> None:
-    """Answer until the run wants no more, or `answers` have been given."""
+def chosen_teacher(kind: str, settings: list[str]) -> Scripted:
+    """The scripted teacher of that kind with those faults; UsageError names the option that is wrong."""
     try:
-        config = scripted_teacher_named(teacher)
+        scripted_teacher_named(kind)
     except ValueError as error:
         raise UsageError(f"--teacher {error}") from error
+    changes = {"feedback.teacher.kind": kind}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not equals:
+            raise UsageError(f"--set {setting}: must be NAME=VALUE, as in --set equal=0.1")
+        changes[f"feedback.teacher.{name}"] = value
+    try:
+        feedback = with_settings(RunConfig(), changes).feedback
+    except SettingError as error:
+        raise UsageError(f"--set {error.path.removeprefix('feedback.teacher.')}: {error.message}") from error
+    assert isinstance(feedback, Sessions)
+    assert isinstance(feedback.teacher, Scripted)
+    return feedback.teacher
+
+
+def label_run(
+    run_id: str,
+    data: DataFolder,
+    teacher: str,
+    settings: list[str],
+    url: str,
+    seconds: float,
+    answers: int | None,
+) -> None:
+    """Answer until the run wants no more, or `answers` have been given."""
+    config = chosen_teacher(teacher, settings)
     client, database = Client(url, access_token(data)), data.open_database()
     client.send("PUT", "/api/labeller", {"name": f"{teacher} (scripted)"})
     scripted = ScriptedTeacher(config, data.open_store(), _seed(database, run_id))

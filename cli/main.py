@@ -252,6 +252,10 @@ def label(
     run: RunId,
     data: Data,
     teacher: Annotated[str, typer.Option(help="The scripted teacher that answers.")] = "oracle",
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A setting of the teacher, as in mistake=0.1."),
+    ] = None,
     url: Annotated[str, typer.Option(help="Where the server is.")] = "http://127.0.0.1:8000",
     seconds: Annotated[float, typer.Option(min=0, help="Time taken for each answer.")] = 0.0,
     answers: Annotated[
@@ -261,7 +265,7 @@ def label(
     """Let a scripted teacher answer a run's queries through the HTTP API, as a person would."""
     from cli.label import label_run
 
-    label_run(run, data, teacher, url, seconds, answers)
+    label_run(run, data, teacher, setting or [], url, seconds, answers)
 
 
 @app.command()
