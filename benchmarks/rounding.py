@@ -1,7 +1,8 @@
-"""Whether rewards rounded to bfloat16 keep their order: `python -m benchmarks.rank_correlation`.
+"""What rounding to bfloat16 does to a reward model: `python -m benchmarks.rounding`.
 
-Spearman's correlation of r̂ in float32 and with products in bfloat16, within minibatches of a task's own states,
-for a fresh reward model and for the same one after a fit; the least of all minibatches counts.
+Its order: Spearman's correlation of r̂ in float32 and with products in bfloat16, within minibatches of a task's
+own states, for a fresh reward model and for the same one after a fit; the least of all minibatches counts.
+Its learning: the accuracy on pairs that it has not seen, after fits with products in each precision.
 """
 
 from __future__ import annotations
@@ -18,12 +19,13 @@ from scipy.stats import spearmanr
 from labels_db.presets import preset_named
 from labels_db.run_config import LearnedReward
 from trainer.environments import make_environment
+from trainer.experiments.results import versions
 from trainer.randomness import Randomness
 from trainer.reward_model import Preferences, RewardModel
 
 TASKS = ("cartpole-swingup", "walker-walk", "quadruped-walk")
 SEEDS = (1, 2, 3)
-STEPS, LABELS, SEGMENT = 8000, 200, 50
+STEPS, LABELS, HELD_OUT, SEGMENT = 8000, 200, 500, 50
 MINIBATCHES, ROWS = 40, 256
 RESULTS = Path(__file__).parent / "results"
 
@@ -51,9 +53,9 @@ def least_correlation(exact: torch.Tensor, rounded: torch.Tensor) -> float:
     return float(min(spearmanr(exact[rows], rounded[rows]).statistic for rows in drawn))
 
 
-def preferences(inputs: torch.Tensor, rewards: torch.Tensor, seed: int) -> Preferences:
+def preferences(inputs: torch.Tensor, rewards: torch.Tensor, seed: int, count: int) -> Preferences:
     """What a perfectly rational teacher would say of random pairs."""
-    starts = np.random.default_rng(seed).integers(0, STEPS - SEGMENT, (2, LABELS))
+    starts = np.random.default_rng(seed).integers(0, STEPS - SEGMENT, (2, count))
     first, second = (torch.stack([inputs[at : at + SEGMENT] for at in side]) for side in starts)
     sums = [torch.stack([rewards[at : at + SEGMENT].sum() for at in side]) for side in starts]
     return Preferences(first, second, (sums[1] > sums[0]).float())
@@ -61,6 +63,7 @@ def preferences(inputs: torch.Tensor, rewards: torch.Tensor, seed: int) -> Prefe
 
 def measured(task: str) -> Iterator[dict[str, Any]]:
     inputs, rewards, sizes = wandered(task)
+    unseen = preferences(inputs, rewards, 0, HELD_OUT)
     for seed in SEEDS:
         exact, rounded = (
             RewardModel(
@@ -69,20 +72,35 @@ def measured(task: str) -> Iterator[dict[str, Any]]:
             for precision in (torch.float32, torch.bfloat16)
         )
         fresh = least_correlation(exact(inputs), rounded(inputs))
-        exact.fit(preferences(inputs, rewards, seed))
+        learned = preferences(inputs, rewards, seed, LABELS)
+        for model in (exact, rounded):
+            model.fit(learned)
+        accuracies = [model.accuracy(unseen) for model in (exact, rounded)]
         rounded.load(exact.state())
-        fitted = least_correlation(exact(inputs), rounded(inputs))
-        yield {"task": task, "seed": seed, "fresh": round(fresh, 5), "fitted": round(fitted, 5)}
+        yield {
+            "task": task,
+            "seed": seed,
+            "fresh": round(fresh, 5),
+            "fitted": round(least_correlation(exact(inputs), rounded(inputs)), 5),
+            "held_out_float32": accuracies[0],
+            "held_out_bfloat16": accuracies[1],
+        }
 
 
 def main() -> None:
     torch.set_num_threads(1)
     rows = [row for task in TASKS for row in measured(task)]
-    (RESULTS / "rank_correlation.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-    print("| task | fresh | after a fit |\n|---|---|---|")
+    written = {"versions": versions(), "rows": rows}
+    (RESULTS / "rounding.json").write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
+    print("| task | fresh | after a fit | held out, float32 | held out, bfloat16 |\n|---|---|---|---|---|")
     for task in TASKS:
         mine = [row for row in rows if row["task"] == task]
-        print(f"| {task} | {min(row['fresh'] for row in mine)} | {min(row['fitted'] for row in mine)} |")
+        least = [str(min(row[name] for row in mine)) for name in ("fresh", "fitted")]
+        held_out = [
+            ", ".join(f"{row[name]:.3f}" for row in mine)
+            for name in ("held_out_float32", "held_out_bfloat16")
+        ]
+        print(f"| {' | '.join([task, *least, *held_out])} |")
 
 
 if __name__ == "__main__":
