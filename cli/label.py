@@ -66,6 +66,8 @@ def chosen_teacher(kind: str, settings: list[str]) -> Scripted:
         name, equals, value = setting.partition("=")
         if not equals:
             raise UsageError(f"--set {setting}: must be NAME=VALUE, as in --set equal=0.1")
+        if name == "kind":
+            raise UsageError(f"--set {setting}: choose it by --teacher")
         changes[f"feedback.teacher.{name}"] = value
     try:
         feedback = with_settings(RunConfig(), changes).feedback

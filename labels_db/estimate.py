@@ -34,7 +34,7 @@ def estimate_bytes(config: RunConfig) -> Estimate:
     known = config.catalogue_entry
     row = (known.observation_size + known.action_size + 2) * FLOAT
     rows = config.agent.transitions_kept(config)
-    step = row + known.state_size * DOUBLE
+    step = row + config.environment.action_repeat * known.state_size * DOUBLE
     segments = 2 * config.budget
     evaluations = config.total_steps // config.evaluation.every
     videos = {"each": evaluations, "last": 1, "none": 0}[config.evaluation.video]

@@ -84,7 +84,7 @@ class Differences(OfFile):
     measure: str = "return"
     pairs: list[tuple[str, str]]
     share: float = Field(1.0, gt=0, le=1)
-    """Of the other method: with 0.95, "higher" means at least 95 % of it."""
+    """Of the other method: with 0.95, "higher" means at least 95 % of it, where the measure is not negative."""
 
     def about(self) -> set[str]:
         """The tasks that it names."""

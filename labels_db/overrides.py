@@ -26,7 +26,7 @@ class SettingError(ValueError):
 def with_settings(config: RunConfig, settings: Mapping[str, str]) -> RunConfig:
     """The configuration with those values; SettingError names the first that is unknown or out of bounds.
 
-    Kinds come first: choosing another `kind` keeps the fields both have and takes the new one's defaults.
+    Kinds come first: choosing another `kind` takes its defaults, and keeps what had been chosen for the old one.
     """
     tree = config.model_dump()
     for path in sorted(settings, key=_kinds_first):
@@ -122,7 +122,7 @@ def _choose_kind(tree: dict[str, Any], parents: list[str], path: str, kind: str)
     if kind not in variants:
         raise SettingError(path, f"{kind!r} is unknown; one of {', '.join(variants)}")
     before, fresh = owner[parents[-1]], variants[kind]().model_dump()
-    usual = variants[before["kind"]]().model_dump()
+    usual = variants[before.get("kind", kind)]().model_dump()
     chosen = {name: value for name, value in before.items() if name in fresh and value != usual[name]}
     kept = {name: value for name, value in chosen.items() if _suits(variants[kind], name, value)}
     owner[parents[-1]] = {**fresh, **kept, "kind": kind}

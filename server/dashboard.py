@@ -18,7 +18,7 @@ from server.api_requests import GoalText, Title
 from server.experiment_view import experiment_view
 from server.forms import Typed
 from server.new_run import chosen_config, chosen_preset, queue_run
-from server.run_form import complaints, fill_form, settings_in
+from server.run_form import chosen_values, complaints, fill_form, settings_in
 from server.run_view import RunView, view
 from server.services import Services, ServicesDep
 from server.templating import render
@@ -78,21 +78,22 @@ def new(request: Request, services: ServicesDep, preset: str = "", profile: str 
     """The form of a preset, with whatever the address already says."""
     if not preset:
         return render(request, "new.html", form=None, groups=GROUPS, first=True)
-    return _form(request, services, chosen_preset(preset), profile, request.query_params, {})
+    given = chosen_values(request.query_params)
+    return _form(request, services, chosen_preset(preset), profile, given, {})
 
 
 @router.post("/new")
 def create(request: Request, services: ServicesDep, typed: Typed) -> Response:
     """Queue the run that the form describes, or show the form again with what is wrong."""
     preset, profile = chosen_preset(typed.get("preset", "")), typed.get("profile", "")
-    errors = _word_errors(typed)
+    errors, given = _word_errors(typed), chosen_values(typed)
     try:
-        shape = with_kinds(chosen_config(preset, profile or None, {}), typed)
-        config = chosen_config(preset, profile or None, settings_in(shape, typed))
+        shape = with_kinds(chosen_config(preset, profile or None, {}), given)
+        config = chosen_config(preset, profile or None, settings_in(shape, given))
     except SettingError as error:
         errors |= complaints(error)
     if errors:
-        return _form(request, services, preset, profile, typed, errors)
+        return _form(request, services, preset, profile, given, errors)
     with services.database.write() as session:
         run = queue_run(session, preset, config, title=typed["title"].strip(), goal=typed["goal"].strip())
     return RedirectResponse(f"/runs/{run.id}", status_code=303)

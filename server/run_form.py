@@ -148,6 +148,23 @@ def _figure(value: float) -> str:
     return number(int(value)) if value == int(value) else f"{value:g}"
 
 
+SHOWN = ".shown"
+"""Ends the name of a hidden field: of which kind the fields beside it are, as they were sent to the browser."""
+
+
+def chosen_values(given: Mapping[str, str]) -> dict[str, str]:
+    """What somebody chose: where they chose another kind, the old kind's defaults that were sent along are not."""
+    shown = {path.removesuffix(SHOWN): kind for path, kind in given.items() if path.endswith(SHOWN)}
+    left = tuple(path.removesuffix("kind") for path, kind in shown.items() if given.get(path, kind) != kind)
+    usual = {setting.path: _text(setting) for setting in fields_of(with_kinds(RunConfig(), shown))}
+    return {
+        path: value
+        for path, value in given.items()
+        if not path.endswith(SHOWN)
+        and not (path.startswith(left) and path not in shown and usual.get(path) == value)
+    }
+
+
 def fill_form(
     preset: Preset, profile: str, given: Mapping[str, str], errors: Mapping[str, str], folder: Path
 ) -> RunForm:
@@ -164,9 +181,14 @@ def fill_form(
     )
 
 
-def _field(setting: ConfigField, given: Mapping[str, str], errors: Mapping[str, str]) -> FormField:
+def _text(setting: ConfigField) -> str:
+    """A setting's value as the form shows it."""
     value = "" if setting.value is None else str(setting.value)
-    value = value.lower() if setting.type == "bool" else value
+    return value.lower() if setting.type == "bool" else value
+
+
+def _field(setting: ConfigField, given: Mapping[str, str], errors: Mapping[str, str]) -> FormField:
+    value = _text(setting)
     # A kind that does not exist was passed over when the form took its shape.
     text = value if setting.path.endswith(".kind") else given.get(setting.path, value)
     return FormField(setting, text, errors.get(setting.path, ""))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trainer.environments.interface import Environment, EnvironmentState
-from trainer.episodes import Episode, EpisodePool, finished
+from trainer.episodes import Episode, EpisodePool, finished, stacked_columns
 from trainer.randomness import derived_seed
 
 
@@ -113,8 +113,7 @@ class Collector:
 
 
 def _episode_state(episode: Episode) -> dict[str, Any]:
-    columns = {name: np.stack(values) for name, values in episode.columns.items() if values}
-    return {**vars(episode), "columns": columns}
+    return {**vars(episode), "columns": stacked_columns(episode)}
 
 
 def _episode_from(saved: dict[str, Any]) -> Episode:

@@ -13,7 +13,7 @@ def available_cores(quota: Path = QUOTA) -> int:
     """Cores this process may run on, by its affinity and its container's allowance; at least 1."""
     able = getattr(os, "sched_getaffinity", None)  # Linux alone has it
     cores = len(able(0)) if able else os.cpu_count() or 1
-    return max(1, min(cores, round(_allowed(quota))))
+    return max(1, min(cores, int(_allowed(quota))))
 
 
 def _allowed(quota: Path) -> float:

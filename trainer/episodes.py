@@ -51,8 +51,17 @@ class FinishedEpisode:
         return float(self.rewards.sum())
 
 
+def stacked_columns(episode: Episode) -> dict[str, Array]:
+    """Every column that holds something, [L, …]; steps from a checkpoint of old have one state each."""
+    return {
+        name: np.stack([np.broadcast_to(value, values[-1].shape) for value in values])
+        for name, values in episode.columns.items()
+        if values
+    }
+
+
 def finished(episode: Episode) -> FinishedEpisode:
-    stacked = {name: np.stack(values) for name, values in episode.columns.items()}
+    stacked = stacked_columns(episode)
     return FinishedEpisode(episode.number, episode.seed, episode.policy_step, **stacked)
 
 

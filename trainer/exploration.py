@@ -56,11 +56,17 @@ class RunningDeviation:
 
 
 def one_of_each_part(count: int, parts: int, generator: torch.Generator) -> Tensor:
-    """A random row of each of so many equal parts of `count` rows: all different, in order, and nobody waits."""
-    ends = torch.arange(parts + 1, device=generator.device) * count // parts
-    chances = torch.rand(parts, generator=generator, device=generator.device)
+    """A random row of each of so many parts of `count` rows: all different, in order, and nobody waits.
+
+    Parts are equal but for one row, and begin anywhere on the ring of all rows, so that each is as likely.
+    """
+    device = generator.device
+    ends = torch.arange(parts + 1, device=device) * count // parts
+    chances = torch.rand(parts, generator=generator, device=device)
     first, sizes = ends[:-1], ends.diff()
-    return first + (chances * sizes).long().clamp(max=sizes - 1)
+    chosen = first + (chances * sizes).long().clamp(max=sizes - 1)
+    begin = torch.randint(count, (1,), generator=generator, device=device)
+    return ((chosen + begin) % count).sort().values
 
 
 class StateEntropyReward:

@@ -22,6 +22,8 @@ MEASURED = 64
 """Queries whose members are measured at a time: their differences stay in the cache, and on the heap."""
 PAIRS = 1 << 24
 """Distances held at a time by the plain search: 64 MB."""
+SAMPLE = 256
+"""States of which the middle is taken."""
 SPARE = 3
 """Groups measured beyond those that would do if nothing were rounded."""
 
@@ -74,7 +76,10 @@ class Sieve:
 
 
 def _sieve(queries: Tensor, states: Tensor, groups: int) -> Sieve:
-    centre = states.mean(0)  # the smaller the numbers, the less is rounded
+    some = states[:: math.ceil(len(states) / SAMPLE)]
+    centre = some.median(
+        0
+    ).values  # the smaller the numbers, the less is rounded; one far away moves no median
     x = queries - centre
     block = min(STATES, GROUP * math.ceil(len(states) / GROUP))
     # What is rounded is less than half of this times (|x| + |y|)², and so than this times |x|² + |y|².

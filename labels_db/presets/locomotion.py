@@ -137,6 +137,7 @@ def _on_policy(task: _Task) -> Mapping[str, Settings]:
         "agent.width": "1024",
         "agent.depth": "3",
         "agent.epochs": "20",
+        "agent.state_dependent_noise": "true",
         "agent.clip_range": "0.2",
         "evaluation.every": "10000",
         "total_steps": "4000000",

@@ -90,6 +90,7 @@ PAPER_PPO: Settings = {
     "agent.rollout_steps": "250",
     "agent.batch_size": "128",
     "agent.epochs": "20",
+    "agent.state_dependent_noise": "true",
     "environments": "32",
     "evaluation.every": "10000",
     "total_steps": "3000000",

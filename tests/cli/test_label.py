@@ -65,6 +65,7 @@ def test_it_answers_with_its_faults_until_it_has_given_enough(
     ("setting", "complaint"),
     [
         ("mistake", "--set mistake: must be NAME=VALUE, as in --set equal=0.1"),
+        ("kind=human", "--set kind=human: choose it by --teacher"),
         ("mistake=2", "--set mistake: must be at most 1"),
         ("mistakes=0.1", "--set mistakes: unknown setting 'mistakes'; did you mean mistake?"),
     ],

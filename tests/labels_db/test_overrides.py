@@ -92,6 +92,7 @@ COMPLAINTS = [
     ({"feedbak.budget": "5"}, "feedbak.budget: unknown setting 'feedbak'; did you mean feedback?"),
     ({"seed.more": "5"}, "seed.more: 'seed' has no settings below it"),
     ({"feedback": "5"}, "feedback: has settings of its own; set one of those"),
+    ({"evaluation.kind": "Evaluation"}, "evaluation.kind: is not a setting"),
     ({"feedback.kind": "sesions"}, "feedback.kind: 'sesions' is unknown; one of none, sessions, continuous"),
     ({"feedback.teacher.kind": "orakel"}, "feedback.teacher.kind: 'orakel' is unknown; one of human, oracle"),
     ({"seed": "many"}, "seed: needs a whole number, not 'many'"),

@@ -6,9 +6,10 @@ import pytest
 
 from labels_db.catalogue import catalogue, entry
 from labels_db.estimate import estimate_bytes
+from labels_db.methods import method_named
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named, presets
-from labels_db.run_config import SAC, RunConfig, Sessions
+from labels_db.run_config import PPO, SAC, RunConfig, Sessions
 
 PROFILES = [
     pytest.param(config, id=f"{name}-{profile}")
@@ -16,6 +17,15 @@ PROFILES = [
     for profile, config in preset.profiles.items()
 ]
 MB = 1_000_000
+
+
+@pytest.mark.parametrize("method", ["ppo", "preference-ppo", "preference-ppo-pretrained"])
+def test_ppo_s_noise_depends_on_the_state_but_on_a_laptop(method: str) -> None:
+    for preset in presets().values():
+        for profile in preset.profiles:
+            agent = method_named(method).config(preset, profile).agent
+            assert isinstance(agent, PPO)
+            assert agent.state_dependent_noise == (profile != "laptop"), (preset.name, profile)
 
 
 def test_each_preset_has_a_laptop_profile_first() -> None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from html import unescape
 from html.parser import HTMLParser
+from urllib.parse import urlencode
 
 import pytest
 
 from labels_db.config_fields import fields_of
 from labels_db.overrides import with_kinds
 from labels_db.presets import presets
-from labels_db.run_config import RunConfig
+from labels_db.run_config import RunConfig, Sessions
 from labels_db.runs import config_of, get_run
 from tests.server.conftest import BASE, Site
 
@@ -82,7 +83,8 @@ def test_every_kind_brings_its_fields(site: Site, path: str, kind: str) -> None:
     assert form[path] == kind
     shape = with_kinds(presets()[name].config(), {path: kind})
     expected = {field.path for field in fields_of(shape)}
-    assert {field for field in form if "." in field} == {field for field in expected if "." in field}
+    sent = {field for field in form if "." in field and not field.endswith(".shown")}
+    assert sent == {field for field in expected if "." in field}
 
 
 def test_a_run_without_feedback(site: Site) -> None:
@@ -113,6 +115,32 @@ def test_fields_of_kinds_left_behind_are_passed_over(site: Site) -> None:
     config = config_made(site, {**form, "feedback.kind": "continuous"})
     assert config.feedback.kind == "continuous"
     assert config.budget == 200
+
+
+@pytest.mark.parametrize("redrawn", [True, False])
+def test_another_kind_brings_its_own_defaults(site: Site, redrawn: bool) -> None:
+    """With scripts the form is drawn again when a kind is chosen, with all that it said; without, it is sent."""
+    form = form_of(site, "preset=cartpole-swingup")
+    changed = {
+        **form,
+        "feedback.teacher.kind": "mistake",
+        "feedback.teacher.equal": "0.2",
+        "feedback.budget": "77",
+    }
+    if redrawn:
+        changed = form_of(site, urlencode(changed))
+        assert (changed["feedback.teacher.mistake"], changed["feedback.teacher.equal"]) == ("0.1", "0.2")
+    config = config_made(site, changed)
+    assert isinstance(config.feedback, Sessions)
+    teacher = config.feedback.teacher
+    assert (teacher.kind, teacher.mistake, teacher.equal) == ("mistake", 0.1, 0.2)
+    assert config.budget == 77
+
+
+def test_what_a_kind_brought_goes_with_it(site: Site) -> None:
+    form = form_of(site, "preset=cartpole-swingup&feedback.teacher.kind=mistake")
+    form = form_of(site, urlencode({**form, "feedback.teacher.kind": "stochastic"}))
+    assert (form["feedback.teacher.mistake"], form["feedback.teacher.rationality"]) == ("0.0", "1.0")
 
 
 def test_ticked_and_unticked(site: Site) -> None:

@@ -113,6 +113,12 @@ def test_the_machine_s_own_pytorch_can_be_kept(machine: Machine) -> None:
     machine.mark("HAS_TORCH")
     assert machine.setup(PYTORCH="system").returncode == 0
     assert machine.calls[0] == "venv --system-site-packages"
+    assert machine.setup(PYTORCH="system").returncode == 0
+    assert machine.calls == []
+    machine.setup()
+    assert machine.calls[0] == "venv"  # another way of having it is another environment
+    machine.setup(PYTORCH="system")
+    assert machine.calls[0] == "venv --system-site-packages"
     assert "PYTORCH=cuda: unknown" in machine.setup(PYTORCH="cuda").stderr
 
 

@@ -138,7 +138,7 @@ def test_a_step_on_a_gpu_waits_for_nothing_but_its_actions() -> None:
     seen, done = np.ones((1, 24), np.float32), np.ones((1, 6), np.float32)
     for _ in range(2 * CapturedUpdate.PLAINLY):
         agent.learn(None, 1)
-    intrinsic = StateEntropyReward(StateEntropy(states_compared=40), agent.buffer, Randomness(0))
+    intrinsic = StateEntropyReward(StateEntropy(states_compared=100), agent.buffer, Randomness(0))
     torch.cuda.set_sync_debug_mode("error")
     try:
         agent.learn(None, 1)

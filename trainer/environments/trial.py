@@ -71,6 +71,10 @@ def check_goes_on(name: str, first: Environment, second: Environment) -> None:
     second.set_state(first.get_state())
     for _, action in zip(range(STEPS), steps, strict=False):
         mine, theirs = first.step(action), second.step(action)
+        if np.shape(getattr(first, "moments", None))[1:] != (first.state_size,):
+            raise ValueError(
+                f"environment {name!r}: has no `moments` [action_repeat, S] of its last step to draw"
+            )
         if not np.array_equal(mine[0], theirs[0]) or mine[1:4] != theirs[1:4]:
             raise ValueError(
                 f"environment {name!r}: the same seed and actions led elsewhere, so that no run could be resumed"
