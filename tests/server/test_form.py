@@ -12,7 +12,7 @@ import pytest
 from labels_db.config_fields import fields_of
 from labels_db.overrides import with_kinds
 from labels_db.presets import presets
-from labels_db.run_config import RunConfig, Sessions
+from labels_db.run_config import Mistaken, RunConfig, Sessions
 from labels_db.runs import config_of, get_run
 from tests.server.conftest import BASE, Site
 
@@ -133,6 +133,7 @@ def test_another_kind_brings_its_own_defaults(site: Site, redrawn: bool) -> None
     config = config_made(site, changed)
     assert isinstance(config.feedback, Sessions)
     teacher = config.feedback.teacher
+    assert isinstance(teacher, Mistaken)
     assert (teacher.kind, teacher.mistake, teacher.equal) == ("mistake", 0.1, 0.2)
     assert config.budget == 77
 

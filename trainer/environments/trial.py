@@ -71,7 +71,7 @@ def check_goes_on(name: str, first: Environment, second: Environment) -> None:
     second.set_state(first.get_state())
     for _, action in zip(range(STEPS), steps, strict=False):
         mine, theirs = first.step(action), second.step(action)
-        if np.shape(getattr(first, "moments", None))[1:] != (first.state_size,):
+        if np.asarray(getattr(first, "moments", ())).shape[1:] != (first.state_size,):
             raise ValueError(
                 f"environment {name!r}: has no `moments` [action_repeat, S] of its last step to draw"
             )
