@@ -85,6 +85,7 @@ def _sieve(queries: Tensor, states: Tensor, groups: int) -> Sieve:
     # What is rounded is less than half of this times (|x| + |y|)², and so than this times |x|² + |y|².
     rounding = 4 * (x.shape[1] + 4) * torch.finfo(x.dtype).eps
     least = _least_of_groups(x, states, centre, block, rounding)
+    least.masked_fill_(least.isnan(), -torch.inf)  # a state that is no number hides its group's others
     values, chosen = least.topk(groups + 1, dim=1, largest=False)
     return Sieve(_members(chosen[:, :-1], block), values[:, -1] + x.square().sum(1) * (1 - rounding))
 
