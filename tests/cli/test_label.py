@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -12,32 +11,16 @@ from sqlalchemy import select
 
 from labels_db.data_folder import DataFolder
 from labels_db.models import Answer, Choice
-from server import serve
 from tests.cli.test_commands import pebble
 from tests.labelling_rig import LabelRun
+from tests.serving import served
 
 
 @pytest.fixture
-def address(data: DataFolder, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+def address(data: DataFolder) -> Iterator[str]:
     """A server on the data folder."""
-    urls: list[str] = []
-    began, servers, make = threading.Event(), [], serve._Announcing.__init__
-
-    def remember(server: serve._Announcing, *args: object) -> None:
-        servers.append(server)
-        make(server, *args)  # type: ignore[arg-type]
-
-    def ready(url: str) -> None:
-        urls.append(url)
-        began.set()
-
-    monkeypatch.setattr(serve._Announcing, "__init__", remember)
-    thread = threading.Thread(target=serve.serve, args=(data,), kwargs={"port": 0, "ready": ready})
-    thread.start()
-    assert began.wait(20)
-    yield f"http://{urlsplit(urls[0]).netloc}"
-    servers[0].should_exit = True
-    thread.join(20)
+    with served(data) as url:
+        yield f"http://{urlsplit(url).netloc}"
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 import httpx2
@@ -11,6 +10,7 @@ import pytest
 from labels_db.data_folder import DataFolder
 from server import serve
 from server.token import access_token
+from tests.serving import served
 
 
 def test_a_taken_port_is_named() -> None:
@@ -21,27 +21,8 @@ def test_a_taken_port_is_named() -> None:
             serve.listen("127.0.0.1", port)
 
 
-def test_it_announces_itself_once_it_answers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    data, urls, began = DataFolder(tmp_path), [], threading.Event()
-    servers: list[serve._Announcing] = []
-    make = serve._Announcing.__init__
-
-    def remember(server: serve._Announcing, *args: object) -> None:
-        servers.append(server)
-        make(server, *args)  # type: ignore[arg-type]
-
-    def ready(url: str) -> None:
-        urls.append(url)
-        began.set()
-
-    monkeypatch.setattr(serve._Announcing, "__init__", remember)
-    thread = threading.Thread(target=serve.serve, args=(data,), kwargs={"port": 0, "ready": ready})
-    thread.start()
-    try:
-        assert began.wait(10)
-        assert urls[0].endswith(f"/?token={access_token(data)}")
-        assert httpx2.get(urls[0], follow_redirects=True).status_code == 200
-    finally:
-        servers[0].should_exit = True
-        thread.join(10)
-    assert not thread.is_alive()
+def test_it_announces_itself_once_it_answers(tmp_path: Path) -> None:
+    data = DataFolder(tmp_path)
+    with served(data) as url:
+        assert url.endswith(f"/?token={access_token(data)}")
+        assert httpx2.get(url, follow_redirects=True).status_code == 200
