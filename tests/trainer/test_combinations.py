@@ -15,9 +15,8 @@ from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from labels_db.records import fits_of
 from labels_db.run_config import RunConfig, Sessions
-from labels_db.runs import resume_run
 from tests.trainer.conftest import RUN, Lab, new_lab, small_config
-from tests.trainer.whole_runs import live_until, rows, weights
+from tests.trainer.whole_runs import goes_on_exactly
 from trainer.query_selection import SCHEMES
 from trainer.teachers import KINDS
 
@@ -129,18 +128,7 @@ def of_method(name: str) -> RunConfig:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_method_goes_on_exactly_from_any_stop(tmp_path: Path, name: str) -> None:
-    ends = []
-    for stopped in (False, True):
-        lab = new_lab(tmp_path / str(stopped))
-        lab.request(of_method(name))
-        if stopped:
-            assert live_until(lab, 500) is RunState.STOPPED
-            with lab.database.write() as session:
-                resume_run(session, RUN)
-        assert lab.live() is RunState.FINISHED
-        ends.append((rows(lab), weights(lab)))
-        lab.database.close()
-    assert ends[0] == ends[1]
+    goes_on_exactly(of_method(name), tmp_path, 500)
 
 
 def test_without_relabelling_stored_rewards_stay(lab: Lab) -> None:

@@ -11,14 +11,10 @@ from pathlib import Path
 import pytest
 
 from labels_db.catalogue import catalogue
-from labels_db.models import RunState
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named, presets
-from labels_db.records import fits_of
 from labels_db.run_config import RunConfig
-from labels_db.runs import resume_run
-from tests.trainer.conftest import RUN, new_lab
-from tests.trainer.whole_runs import live_until, rows, weights
+from tests.trainer.whole_runs import goes_on_exactly
 
 SMALL: Mapping[str, str] = {
     "environment.action_repeat": "16",
@@ -64,33 +60,21 @@ def of_environment(name: str) -> RunConfig:
     )
 
 
-def goes_on_exactly(config: RunConfig, folder: Path) -> None:
-    ends = []
-    for stopped in (False, True):
-        lab = new_lab(folder / str(stopped))
-        lab.request(config)
-        if stopped:
-            assert live_until(lab, config.total_steps - 30) is RunState.STOPPED
-            with lab.database.write() as session:
-                resume_run(session, RUN)
-        assert lab.live() is RunState.FINISHED
-        with lab.database.read() as session:
-            assert fits_of(session, RUN), "it learned no reward"
-        ends.append((rows(lab), weights(lab)))
-        lab.database.close()
-    assert ends[0] == ends[1]
+def learns_and_goes_on_exactly(config: RunConfig, folder: Path) -> None:
+    end = goes_on_exactly(config, folder, config.total_steps - 30)
+    assert end.fits, "it learned no reward"
 
 
 @pytest.mark.parametrize("name", sorted(ONE_OF_EACH))
 def test_one_environment_of_each_family(name: str, tmp_path: Path) -> None:
-    goes_on_exactly(of_environment(name), tmp_path)
+    learns_and_goes_on_exactly(of_environment(name), tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.contracts
 @pytest.mark.parametrize("name", sorted(catalogue().keys() - ONE_OF_EACH))
 def test_every_environment(name: str, tmp_path: Path) -> None:
-    goes_on_exactly(of_environment(name), tmp_path)
+    learns_and_goes_on_exactly(of_environment(name), tmp_path)
 
 
 @pytest.mark.slow
@@ -101,4 +85,4 @@ def test_every_preset_in_every_profile(name: str, tmp_path: Path) -> None:
     for profile in preset.profiles:
         steps = -(-preset.config(profile).catalogue_entry.episode_steps // 16)
         changes = {**SMALL, "total_steps": str(2 * steps + 120), "feedback.kind": "sessions"}
-        goes_on_exactly(with_settings(preset.config(profile), changes), tmp_path / profile)
+        learns_and_goes_on_exactly(with_settings(preset.config(profile), changes), tmp_path / profile)

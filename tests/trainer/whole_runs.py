@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,9 +11,10 @@ from sqlalchemy import select
 
 from labels_db.claims import Claim
 from labels_db.models import Answer, Fit, Metric, Query, QueryScore, RunState, Segment
-from labels_db.records import evaluations_of
-from labels_db.runs import stop_run
-from tests.trainer.conftest import RUN, Lab
+from labels_db.records import evaluations_of, fits_of
+from labels_db.run_config import RunConfig
+from labels_db.runs import resume_run, stop_run
+from tests.trainer.conftest import RUN, Lab, new_lab
 from trainer.attempt import Attempt
 from trainer.checkpoints import Checkpoints
 from trainer.replay import digest
@@ -69,3 +72,34 @@ def live_until(lab: Lab, step: int) -> RunState:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(RecordedUpkeep, "before_step", stopping)
         return attempt.live()
+
+
+@dataclass(frozen=True)
+class End:
+    """What a finished run came to."""
+
+    rows: dict[str, list[Any]]
+    weights: str
+    fits: int
+
+
+def goes_on_exactly(config: RunConfig, folder: Path, stop_at: int) -> End:
+    """Live the run undisturbed, and once more with a stop at that step: to the same end, which is returned."""
+    whole, resumed = (_end(config, folder / str(stop), stop) for stop in (None, stop_at))
+    assert whole == resumed
+    return whole
+
+
+def _end(config: RunConfig, folder: Path, stop_at: int | None) -> End:
+    lab = new_lab(folder)
+    lab.request(config)
+    if stop_at is not None:
+        assert live_until(lab, stop_at) is RunState.STOPPED
+        with lab.database.write() as session:
+            resume_run(session, RUN)
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        fits = len(fits_of(session, RUN))
+    end = End(rows(lab), weights(lab), fits)
+    lab.database.close()
+    return end
