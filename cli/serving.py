@@ -32,11 +32,13 @@ def _announce(url: str) -> None:
 
 def bring_up(data: DataFolder, host: str, port: int, names: list[str], max_parallel_runs: int | None) -> None:
     """The pages in this process, the supervisor in a child that is started again should it die."""
+    # uvicorn, shut down, raises its signal again: unhandled, SIGTERM would leave the supervisor alone.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     data.open_database().close()  # migrated once, before two processes look at it
     ending = threading.Event()
     keeper = threading.Thread(target=_keep_supervisor, args=(data, max_parallel_runs, ending))
-    keeper.start()
     try:
+        keeper.start()
         serve_pages(data, host, port, names)
     finally:
         ending.set()
