@@ -1,0 +1,156 @@
+"""How a laptop's reward model learns most from few answers: `python -m benchmarks.laptop.reward DATA RUN …`.
+
+Each run's answers are learned again in the order they were given, session by session, with other settings. After
+each fit the reward model is asked about the segments of the session to come, which nobody has shown to it: the rank
+correlation of r̂ with the true reward over their steps, and the accuracy on their pairs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from scipy.stats import spearmanr
+from torch import Tensor
+
+from labels_db.data_folder import DataFolder
+from labels_db.feedback_sessions import session_queries
+from labels_db.history import sessions_of
+from labels_db.models import Query, Run, Segment
+from labels_db.run_config import LearnedReward
+from labels_db.storage import ArtifactStore
+from trainer.experiments.results import versions
+from trainer.randomness import Randomness
+from trainer.reward_model import Preferences, RewardModel
+from trainer.segments import inputs_from_bytes, rewards_from_bytes
+
+RESULTS = Path(__file__).parent.parent / "results"
+SEEDS = (1, 2, 3)
+PAPER = LearnedReward(batch_size=32)
+SETTINGS: dict[str, dict[str, Any]] = {
+    "3×256, until 97 % are right (paper)": {},
+    "3×256": {"stop_accuracy": 1},
+    "3×128": {"stop_accuracy": 1, "width": 128},
+    "2×128": {"stop_accuracy": 1, "width": 128, "depth": 2},
+    "2×64": {"stop_accuracy": 1, "width": 64, "depth": 2},
+    "1×128": {"stop_accuracy": 1, "width": 128, "depth": 1},
+    "1×256": {"stop_accuracy": 1, "depth": 1},
+    "1×256, 20 epochs": {"stop_accuracy": 1, "depth": 1, "max_epochs": 20},
+    "1×256, 100 epochs": {"stop_accuracy": 1, "depth": 1, "max_epochs": 100},
+    "1×256, rate 1e-3": {"stop_accuracy": 1, "depth": 1, "learning_rate": 1e-3},
+    "1×256, labels smoothed by 0.1": {"stop_accuracy": 1, "depth": 1, "label_smoothing": 0.1},
+    "1×256, until 97 % are right": {"depth": 1},
+}
+"""What is varied: 50 epochs a fit, but where it says otherwise."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One session: its pairs as a perfectly rational teacher answers them, and every step's true reward [2·n·H]."""
+
+    preferences: Preferences
+    rewards: Tensor
+
+    @property
+    def inputs(self) -> Tensor:
+        """[2·n·H, D + A]."""
+        return torch.cat([self.preferences.first, self.preferences.second]).flatten(0, 1)
+
+
+def asked_in(data: DataFolder, run_id: str) -> tuple[str, list[Asked]]:
+    """The run's preset and its sessions, in order."""
+    database, store = data.open_database(), data.open_store()
+    with database.read() as session:
+        preset = session.get_one(Run, run_id).preset
+        numbers = [record.session.id for record in sessions_of(session, run_id)]
+        sessions = [_asked(store, session_queries(session, number)) for number in numbers]
+    database.close()
+    return preset or run_id, sessions
+
+
+def _asked(store: ArtifactStore, queries: Sequence[Query]) -> Asked:
+    sides = [
+        [_step_data(store, query.first) for query in queries],
+        [_step_data(store, query.second) for query in queries],
+    ]
+    first, second = (torch.stack([inputs for inputs, _ in side]) for side in sides)
+    rewards = [torch.stack([rewards for _, rewards in side]) for side in sides]
+    label = 0.5 + 0.5 * torch.sign(rewards[1].sum(1) - rewards[0].sum(1))
+    return Asked(Preferences(first, second, label), torch.cat(rewards).flatten())
+
+
+def _step_data(store: ArtifactStore, segment: Segment) -> tuple[Tensor, Tensor]:
+    """Inputs [H, D + A] and true rewards [H]."""
+    stored = store.read(segment.artifact_key, segment.checksum)
+    return torch.from_numpy(inputs_from_bytes(stored)), torch.from_numpy(rewards_from_bytes(stored))
+
+
+def learned(config: LearnedReward, sessions: list[Asked], seed: int) -> dict[str, Any]:
+    """What fits of all sessions but the last came to, each asked about the one after it."""
+    inputs = sessions[0].inputs.shape[-1]
+    model = RewardModel(config, inputs, 0, Randomness(seed), torch.device("cpu"))
+    correlations, accuracies, began = [], [], time.process_time()
+    for known, coming in enumerate(sessions[1:], start=1):
+        model.fit(_joined([session.preferences for session in sessions[:known]]))
+        correlations.append(float(spearmanr(model(coming.inputs), coming.rewards).statistic))
+        accuracies.append(model.accuracy(coming.preferences))
+    seconds = time.process_time() - began
+    return {"correlations": correlations, "accuracies": accuracies, "seconds": seconds}
+
+
+def _joined(parts: list[Preferences]) -> Preferences:
+    return Preferences(
+        *(torch.cat([getattr(part, name) for part in parts]) for name in ("first", "second", "label"))
+    )
+
+
+def compared(data: DataFolder, run_id: str) -> Iterator[dict[str, Any]]:
+    """A row for each setting and seed."""
+    preset, sessions = asked_in(data, run_id)
+    for name, settings in SETTINGS.items():
+        reward = PAPER.model_copy(update=settings)
+        for seed in SEEDS:
+            row = learned(reward, sessions, seed)
+            yield {"task": preset, "run": run_id, "setting": name, "seed": seed, **row}
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """A line for each setting, in Markdown: means over sessions, runs and seeds."""
+    tasks = list(dict.fromkeys(row["task"] for row in rows))
+    head = [f"{task}: rank correlation | accuracy | seconds" for task in tasks]
+    lines = ["| reward model | " + " | ".join(head) + " |", "|---" * (1 + 3 * len(tasks)) + "|"]
+    for name in SETTINGS:
+        mine = [[row for row in rows if (row["task"], row["setting"]) == (task, name)] for task in tasks]
+        lines.append(f"| {name} | " + " | ".join(map(_cells, mine)) + " |")
+    return "\n".join(lines)
+
+
+def _cells(rows: list[dict[str, Any]]) -> str:
+    means = [
+        np.mean([np.mean(row[column]) for row in rows])
+        for column in ("correlations", "accuracies", "seconds")
+    ]
+    return f"{means[0]:.2f} | {means[1]:.2f} | {means[2]:.0f}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", type=Path)
+    parser.add_argument("runs", nargs="+")
+    chosen = parser.parse_args()
+    torch.set_num_threads(1)
+    rows = [row for run in chosen.runs for row in compared(DataFolder(chosen.data), run)]
+    written = json.dumps({"versions": versions(), "rows": rows}, indent=1)
+    (RESULTS / "reward-settings.json").write_text(written + "\n", encoding="utf-8")
+    print(table(rows))
+
+
+if __name__ == "__main__":
+    main()
