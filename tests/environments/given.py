@@ -20,7 +20,8 @@ QUICK: list[Config] = [
 ]
 META_WORLD: list[Config] = [MetaWorld(task=task) for task in META_WORLD_TITLES]
 # Each stands for something: Runge-Kutta, contacts, terrain, no limits, targets moved at reset, a hand moved by mocap,
-# a reward that remembers the start, one that needs the step before, no MuJoCo at all, a wish, and what wishes remember.
+# a reward that remembers the start, one that needs the step before, no MuJoCo at all, one that is
+# filmed, a wish, and what wishes remember.
 SAMPLE: list[Config] = [
     DMControl(task="cartpole-three_poles"),
     DMControl(task="walker-walk"),
@@ -32,6 +33,7 @@ SAMPLE: list[Config] = [
     MetaWorld(task="bin-picking", goal_visible=True, action_repeat=2),
     Gymnasium(id="Ant-v5"),
     Gymnasium(id="Pendulum-v1", action_repeat=2),
+    Gymnasium(id="LunarLanderContinuous-v3", action_repeat=2),
     Behaviour(),
     Behaviour(behaviour="quadruped-wave-left-front"),
     Behaviour(behaviour="hopper-backflip", action_repeat=2),

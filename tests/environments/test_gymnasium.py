@@ -20,13 +20,14 @@ from labels_db.data_folder import DataFolder
 from labels_db.run_config import Gymnasium, Human, RunConfig, Sessions
 from tests.environments.given import lived, started
 from trainer.environments import Environment, make_environment
+from trainer.environments.filmed import kept, shown
 from trainer.environments.trial import add
 
 LOOKS: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
 
 class Cart(gymnasium.Env[Any, Any]):
-    """A cart on a rail, written in Python; `Opaque` keeps where it is in an object of its own."""
+    """A cart on a rail, written in Python; `Opaque` keeps where it is in an object of its own, `Blind` shows nothing."""
 
     metadata = LOOKS
     observation_space: spaces.Space[Any] = spaces.Dict(
@@ -62,6 +63,10 @@ class Opaque(Cart):
         self.world = object()
 
 
+class Blind(Cart):
+    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 20}  # noqa: RUF012  (as gymnasium has it)
+
+
 class Moody(Cart):
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         self.place = self.place + np.random.normal(size=2)
@@ -76,7 +81,7 @@ class Sentence(Cart):
     observation_space = spaces.Sequence(spaces.Box(-1, 1, (2,)))
 
 
-KINDS: dict[str, Any] = {kind.__name__: kind for kind in (Cart, Opaque, Moody, Picture, Sentence)}
+KINDS: dict[str, Any] = {kind.__name__: kind for kind in (Cart, Opaque, Blind, Moody, Picture, Sentence)}
 
 
 @pytest.fixture(autouse=True)
@@ -177,15 +182,38 @@ def test_an_environment_in_python_is_drawn_from_its_numbers() -> None:
         scene.restore(3, np.zeros(7))
 
 
+def test_of_an_environment_with_objects_each_picture_is_kept() -> None:
+    environment: Any = started(gym("tests/Opaque-v0"))
+    before, after = moment(environment, 0), moment(environment, 9)
+    scene: Any = environment.scene
+    assert (
+        np.abs(scene.picture() - environment._task.unwrapped.render().astype(int)).max() < 10
+    )  # it is compressed
+    scene.restore(3, before)
+    assert scene.picture()[0, 0, 0] < 10
+    scene.restore(3, after)
+    assert scene.picture()[0, 0, 0] > 190
+    with pytest.raises(ValueError, match=r"shape \(7,\), but a state of tests/Opaque-v0 has shape \(640,\)"):
+        scene.restore(3, np.zeros(7))
+
+
+def test_a_picture_is_kept_as_well_as_there_is_room() -> None:
+    noise = np.random.default_rng(0).integers(0, 256, (240, 320, 3), dtype=np.uint8)
+    flat = np.full((400, 600, 3), 90, np.uint8)
+    assert shown(kept(flat)).shape == (213, 320, 3)
+    assert np.abs(shown(kept(flat)).astype(int) - 90).max() < 3
+    assert abs(shown(kept(noise)).mean() - noise.mean()) < 20  # in a low quality, where the best has no room
+
+
 def test_what_cannot_be_drawn_has_only_scripted_teachers(tmp_path: Path) -> None:
-    environment = started(gym("tests/Opaque-v0"))
+    environment = started(gym("tests/Blind-v0"))
     assert environment.physics_state().shape == (0,) == (environment.state_size,)
-    with pytest.raises(ValueError, match=r"gym:tests/Opaque-v0: cannot be drawn again"):
+    with pytest.raises(ValueError, match=r"gym:tests/Blind-v0: draws no pictures"):
         _ = environment.scene
-    add(DataFolder(tmp_path).catalogue_path, "gym:tests/Opaque-v0", "Opaque", "…")
-    config = RunConfig(environment=Gymnasium(id="tests/Opaque-v0"))
+    add(DataFolder(tmp_path).catalogue_path, "gym:tests/Blind-v0", "Blind", "…")
+    config = RunConfig(environment=Gymnasium(id="tests/Blind-v0"))
     assert any("cannot be drawn" in caveat for caveat in config.caveats)
-    with pytest.raises(ValueError, match="gym:tests/Opaque-v0 cannot be drawn, so ask a scripted teacher"):
+    with pytest.raises(ValueError, match="gym:tests/Blind-v0 cannot be drawn, so ask a scripted teacher"):
         RunConfig(environment=config.environment, feedback=Sessions(teacher=Human()))
 
 

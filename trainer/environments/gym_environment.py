@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from trainer.environments.episodic import Control, EpisodicEnvironment
+from trainer.environments.filmed import STATE_SIZE, FilmScene, kept
 from trainer.environments.gym_numbers import Numbers
 from trainer.environments.gym_task import GymTask
 from trainer.environments.interface import Environment, EnvironmentState, Observation, PhysicsState
@@ -20,11 +21,25 @@ from trainer.environments.simulated import SimulatedEnvironment, tell_warnings
 
 
 def registered(id: str, action_repeat: int) -> Environment:
-    """The environment of that id, drawn by the renderer if it is MuJoCo's, else by itself."""
+    """The environment of that id, drawn by the renderer if it is MuJoCo's, else as it can be."""
     tell_warnings()
     task = GymTask(id)
-    simulated = isinstance(getattr(task.unwrapped, "model", None), mujoco.MjModel)
-    return (SimulatedGym if simulated else PicturedGym)(task, action_repeat)
+    return _kind(task)(task, action_repeat)
+
+
+def _kind(task: GymTask) -> type[GymEnvironment]:
+    if isinstance(getattr(task.unwrapped, "model", None), mujoco.MjModel):
+        return SimulatedGym
+    if "rgb_array" not in task.unwrapped.metadata.get("render_modes", ()):
+        return UnseenGym
+    return PicturedGym if Numbers(_stepped(task)).are_all_there_is else FilmedGym
+
+
+def _stepped(task: GymTask) -> Any:
+    """Its insides after a step: some attributes are there only then."""
+    task.begin(0)
+    task.step(np.zeros(task.action_size))
+    return task.unwrapped
 
 
 class GymEnvironment(EpisodicEnvironment):
@@ -81,12 +96,10 @@ class SimulatedGym(GymEnvironment, SimulatedEnvironment):
 
 
 class PicturedGym(GymEnvironment):
-    """Written in Python: it is drawn by itself, from its numbers; one that has others too cannot be drawn."""
+    """Written in Python, and nothing but numbers: it is drawn by itself, from its numbers."""
 
     def __init__(self, task: GymTask, action_repeat: int) -> None:
-        task.begin(0)
-        task.step(np.zeros(task.action_size))  # some numbers are there only after a step
-        self._numbers = Numbers(task.unwrapped)
+        self._numbers = Numbers(_stepped(task))
         super().__init__(task, action_repeat)
 
     @property
@@ -98,8 +111,48 @@ class PicturedGym(GymEnvironment):
 
     @property
     def scene(self) -> PictureScene:
-        if not self.state_size:
-            raise ValueError(
-                f"gym:{self.name}: cannot be drawn again from a state, so clips of it cannot be made"
-            )
         return PictureScene(self.name, self._numbers)
+
+
+class FilmedGym(GymEnvironment):
+    """Keeps more than numbers, as Box2D does: each moment is drawn when it is there, and the picture is kept.
+
+    Drawn once a control step, also where an episode is lived again: some change by being drawn, as the lunar
+    lander's sparks fade. And made anew for every episode: a world of Box2D remembers the one before.
+    """
+
+    @property
+    def state_size(self) -> int:
+        return STATE_SIZE
+
+    def _begin(self, seed: int) -> None:
+        self._task = GymTask(self._task.id, render_mode="rgb_array")
+        super()._begin(seed)
+        self._picture = self._task.picture()
+
+    def _control_step(self, control: Control) -> tuple[float, bool, bool]:
+        outcome = super()._control_step(control)
+        self._picture = self._task.picture()
+        return outcome
+
+    def physics_state(self) -> PhysicsState:
+        return kept(self._picture)
+
+    @property
+    def scene(self) -> FilmScene:
+        return FilmScene(self.name, self.physics_state())
+
+
+class UnseenGym(GymEnvironment):
+    """Draws no pictures: only scripted teachers can be asked about it."""
+
+    @property
+    def state_size(self) -> int:
+        return 0
+
+    def physics_state(self) -> PhysicsState:
+        return np.empty(0)
+
+    @property
+    def scene(self) -> PictureScene:
+        raise ValueError(f"gym:{self.name}: draws no pictures, so clips of it cannot be made")

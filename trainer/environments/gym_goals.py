@@ -23,6 +23,11 @@ GYM_GOALS = MappingProxyType(
         "Ant-v5": GymGoal(
             "Gym Ant · run", "the ant runs to the right faster, upright on its four legs", ends_early=True
         ),
+        "BipedalWalker-v3": GymGoal(
+            "Gym Bipedal walker · walk",
+            "the walker gets farther to the right over the rough ground without falling",
+            ends_early=True,
+        ),
         "HalfCheetah-v5": GymGoal(
             "Gym Half cheetah · run", "the cheetah runs to the right faster, on its feet"
         ),
@@ -45,6 +50,11 @@ GYM_GOALS = MappingProxyType(
         "InvertedPendulum-v5": GymGoal(
             "Gym Pendulum on a cart · balance",
             "the pole stays upright on the cart for longer",
+            ends_early=True,
+        ),
+        "LunarLanderContinuous-v3": GymGoal(
+            "Gym Lunar lander · land",
+            "the lander comes down more gently and upright, closer to the place between the flags",
             ends_early=True,
         ),
         "MountainCarContinuous-v0": GymGoal(

@@ -22,23 +22,24 @@ def is_number(value: Any) -> bool:
 
 
 class Numbers:
-    """Reads and writes an environment's numbers as one vector [S]; S is 0 where they are not all it has.
+    """Reads and writes an environment's numbers as one vector [S].
 
     A number that is not there yet (None) is NaN in the vector.
     """
 
     def __init__(self, env: Any) -> None:
         """`env` has been reset and stepped, so that every number is there."""
-        kept = {name: value for name, value in vars(env).items() if is_number(value) and name != SEED}
-        whole = all(is_number(value) or isinstance(value, NO_STATE) for value in vars(env).values())
-        drawn = "rgb_array" in env.metadata.get("render_modes", ())
-        self._like: dict[str, Any] = kept if whole and drawn else {}
+        attributes = {name: value for name, value in vars(env).items() if name != SEED}
+        self._like = {name: value for name, value in attributes.items() if is_number(value)}
         self.size = sum(np.size(value) for value in self._like.values())
+        plain = all(is_number(value) or isinstance(value, NO_STATE) for value in attributes.values())
+        self.are_all_there_is = plain and self.size > 0
+        """Whether a picture can depend on nothing else."""
 
     def of(self, env: Any) -> PhysicsState:
         """The environment's numbers now, [S]."""
         parts = [self._vector(getattr(env, name), np.size(like)) for name, like in self._like.items()]
-        return np.concatenate(parts) if parts else np.empty(0)
+        return np.concatenate(parts)
 
     def write(self, env: Any, state: PhysicsState) -> None:
         """Give the environment the numbers of a state [S]."""

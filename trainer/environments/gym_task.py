@@ -21,8 +21,8 @@ class GymTask:
     ValueError where an environment cannot be learned in, with the reason.
     """
 
-    def __init__(self, id: str) -> None:
-        self.id, self._env = id, make(id)
+    def __init__(self, id: str, **looks: str) -> None:
+        self.id, self._env = id, make(id, **looks)
         self.unwrapped: Any = self._env.unwrapped
         self.episode_steps = time_limit(id)
         self.control_step = step_seconds(id, self.unwrapped)
@@ -44,6 +44,10 @@ class GymTask:
         action = (self._centre + self._reach * control).reshape(space.shape).astype(space.dtype)
         observation, reward, terminated, truncated, _ = self._env.step(action)
         return self._flat(observation), float(reward), bool(terminated), bool(truncated)
+
+    def picture(self) -> npt.NDArray[np.uint8]:
+        """What it looks like now [height, width, 3]; it was made with `render_mode="rgb_array"`."""
+        return np.array(self._env.render(), np.uint8)
 
     def _flat(self, observation: Any) -> Observation:
         return np.asarray(spaces.flatten(self._env.observation_space, observation), np.float32)

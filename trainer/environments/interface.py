@@ -56,7 +56,7 @@ class Scene(Protocol):
 
     @property
     def model(self) -> Any:
-        """The simulator's `mujoco.MjModel`; None for a `PictureScene`, which draws itself."""
+        """The simulator's `mujoco.MjModel`; None for one that has its own pictures."""
 
     @property
     def data(self) -> Any:

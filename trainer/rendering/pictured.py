@@ -6,6 +6,7 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from trainer.environments import PhysicsState
+from trainer.environments.filmed import FilmScene
 from trainer.environments.pictured import PictureScene
 from trainer.rendering.sheet import Frame
 
@@ -15,7 +16,7 @@ MARGIN = (255, 255, 255)
 class PicturePainter:
     """Fits an environment's own pictures into frames, with a margin where their shape differs."""
 
-    def __init__(self, scene: PictureScene, width: int, height: int) -> None:
+    def __init__(self, scene: PictureScene | FilmScene, width: int, height: int) -> None:
         self._scene, self._size = scene, (width, height)
 
     def draw(self, episode_seed: int, state: PhysicsState) -> Frame:
