@@ -27,7 +27,7 @@ LOOKS: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
 
 class Cart(gymnasium.Env[Any, Any]):
-    """A cart on a rail, written in Python; `Opaque` keeps where it is in an object of its own, `Blind` shows nothing."""
+    """A cart on a rail, written in Python; `Opaque` keeps an object of its own too, `Blind` shows nothing."""
 
     metadata = LOOKS
     observation_space: spaces.Space[Any] = spaces.Dict(
