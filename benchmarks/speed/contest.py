@@ -7,7 +7,8 @@ import os
 import statistics
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -17,7 +18,10 @@ HERE = Path(__file__).parent
 
 
 class Contestant:
-    """A process that answers each line N with the seconds that N units of its work took, on some cores or all."""
+    """A process that answers each line N with the seconds that N units of its work took, on some cores or all.
+
+    It starts at once and is waited for on entering, so that several can load side by side.
+    """
 
     def __init__(self, command: Sequence[str], cores: Sequence[int] | None = None) -> None:
         self.command = command
@@ -26,8 +30,6 @@ class Contestant:
         )
         if cores is not None:
             os.sched_setaffinity(self._process.pid, cores)
-        while (line := self._read()) != "ready":
-            del line  # what a library prints while it is imported
 
     def seconds(self, units: int) -> float:
         assert self._process.stdin is not None
@@ -44,6 +46,8 @@ class Contestant:
         return line.strip()
 
     def __enter__(self) -> Contestant:
+        while (line := self._read()) != "ready":
+            del line  # what a library prints while it is imported
         return self
 
     def __exit__(
@@ -84,19 +88,24 @@ class Speeds:
 def contest(contestants: Mapping[str, Sequence[str]], *, rounds: int = 7, seconds: float = 0.5) -> Speeds:
     """Each contestant in turn, for about so many seconds a turn, after one turn to warm up."""
     speeds: dict[str, list[float]] = {name: [] for name in contestants}
-    running = {name: Contestant(command) for name, command in contestants.items()}
-    try:
+    with entered(contestants.values()) as started:
+        running = dict(zip(contestants, started, strict=True))
         units = {name: _units(contestant, seconds) for name, contestant in running.items()}
         for _ in range(rounds):
             for name, contestant in running.items():
                 speeds[name].append(units[name] / contestant.seconds(units[name]))
-    finally:
-        for contestant in running.values():
-            contestant.__exit__(None, None, None)
     return Speeds(speeds)
 
 
+@contextmanager
+def entered(commands: Iterable[Sequence[str]]) -> Iterator[list[Contestant]]:
+    """Contestants that have loaded side by side and now wait for their turns."""
+    with ExitStack() as stack:
+        loading = [Contestant(command) for command in commands]
+        yield [stack.enter_context(contestant) for contestant in loading]
+
+
 def _units(contestant: Contestant, seconds: float) -> int:
-    """How many units a turn has: one to warm up, then what fits."""
-    contestant.seconds(1)
-    return max(1, round(seconds / contestant.seconds(1)))
+    """How many units a turn has; who is slow has warmed up by showing it."""
+    first = contestant.seconds(1)
+    return 1 if first > 2 * seconds else max(1, round(seconds / contestant.seconds(1)))

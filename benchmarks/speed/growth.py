@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks.speed.contest import Contestant, ours
+from benchmarks.speed.contest import entered, ours
 
 SIZES: dict[str, tuple[str, str, list[int]]] = {
     # what: (task, its argument, sizes)
@@ -22,17 +22,16 @@ FIXED: dict[str, dict[str, int]] = {"neighbours": {"size": 24}}
 
 
 def growth() -> list[dict[str, Any]]:
-    """Seconds at each size, the better of two."""
+    """Seconds at each size, the best of three."""
     return [{"name": name, "seconds": _measured(*sizes)} for name, sizes in SIZES.items()]
 
 
 def _measured(task: str, argument: str, sizes: list[int]) -> dict[int, float]:
-    seconds = {}
-    for size in sizes:
-        with Contestant(ours(task, 2, **{argument: size}, **FIXED.get(task, {}))) as contestant:
-            contestant.seconds(1)
-            seconds[size] = round(min(contestant.seconds(1) for _ in range(2)), 5)
-    return seconds
+    with entered(ours(task, 2, **{argument: size}, **FIXED.get(task, {})) for size in sizes) as running:
+        return {
+            size: round(min(contestant.seconds(1) for _ in range(3)), 5)
+            for size, contestant in zip(sizes, running, strict=True)
+        }
 
 
 def plot(curves: list[dict[str, Any]], path: Path) -> None:

@@ -114,7 +114,8 @@ def _together_and_apart(profile: str) -> tuple[float, float]:
 def _steps_per_second(commands: Sequence[tuple[list[str], list[int]]], steps: int) -> float:
     """Of all contestants together, each kept to its cores."""
     with ExitStack() as stack, ThreadPoolExecutor(len(commands)) as pool:
-        running = [stack.enter_context(Contestant(command, cores)) for command, cores in commands]
+        loading = [Contestant(command, cores) for command, cores in commands]
+        running = [stack.enter_context(contestant) for contestant in loading]
         list(pool.map(partial(_seconds, 10), running))  # to warm up
         return sum(steps / seconds for seconds in pool.map(partial(_seconds, steps), running))
 
