@@ -1,8 +1,10 @@
 // An experiment's curves: a chart for each task, in it each method's mean over seeds and the seeds themselves.
+import { number } from "./numbers.js";
 import { Overlay, asked, followEvaluations } from "./overlay.js";
 
 const box = document.querySelector("[data-overlays]");
 const overlays = new Map();
+const MANY = 4; // times the fewest steps of a task's methods
 
 const curve = ({ steps, values, means }) => new Map(steps.map((step, index) => [step, (values ?? means)[index]]));
 
@@ -16,12 +18,30 @@ const linesOf = ({ methods, runs }, { task, method, evaluated, curve: means }) =
   return [...thin, { ...mean, label: `${method}, ${evaluated} ${evaluated === 1 ? "seed" : "seeds"}` }];
 };
 
+/** A method with many times the others' steps: a line where it ended, since its curve would leave them no room. */
+const asymptoteOf = ({ methods }, { method, curve: means }, steps) => {
+  const end = means.means.at(-1);
+  const label = `${method}, after ${number(means.steps.at(-1))} steps`;
+  return { label, place: methods.indexOf(method), curve: new Map([[0, end], [steps, end]]) };
+};
+
+/** How many steps each method is to take on a task. */
+const plannedSteps = (runs) => {
+  const planned = new Map();
+  for (const run of runs) planned.set(run.method, Math.max(run.total_steps, planned.get(run.method) ?? 0));
+  return planned;
+};
+
 const draw = (found, task) => {
   const results = found.results.filter((result) => result.task === task.name && result.evaluated);
   if (!results.length) return;
-  const steps = Math.max(...found.runs.filter((run) => run.task === task.name).map((run) => run.total_steps));
+  const planned = plannedSteps(found.runs.filter((run) => run.task === task.name));
+  const fewest = Math.min(...planned.values());
+  const steps = Math.max(...[...planned.values()].filter((each) => each < MANY * fewest));
+  const lines = (result) =>
+    planned.get(result.method) > steps ? [asymptoteOf(found, result, steps)] : linesOf(found, result);
   if (!overlays.has(task.name)) overlays.set(task.name, new Overlay(box, task.title));
-  overlays.get(task.name).show(results.flatMap((result) => linesOf(found, result)), steps);
+  overlays.get(task.name).show(results.flatMap(lines), steps);
 };
 
 const refresh = async () => {
