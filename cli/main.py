@@ -71,11 +71,15 @@ def serve(data: Data, host: Host = "127.0.0.1", port: Port = 8000, allow_host: A
 
 
 @app.command()
-def supervise(data: Data, max_parallel_runs: Parallel = None) -> None:
+def supervise(
+    data: Data,
+    max_parallel_runs: Parallel = None,
+    parent: Annotated[int | None, typer.Option(hidden=True)] = None,
+) -> None:
     """Start the supervisor only: it claims queued runs and gives each a process."""
     from cli.serving import supervise_runs
 
-    supervise_runs(data, max_parallel_runs)
+    supervise_runs(data, max_parallel_runs, parent)
 
 
 @app.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -32,13 +33,14 @@ def _announce(url: str) -> None:
 
 def bring_up(data: DataFolder, host: str, port: int, names: list[str], max_parallel_runs: int | None) -> None:
     """The pages in this process, the supervisor in a child that is started again should it die."""
-    # uvicorn, shut down, raises its signal again: unhandled, SIGTERM would leave the supervisor alone.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     data.open_database().close()  # migrated once, before two processes look at it
     ending = threading.Event()
     keeper = threading.Thread(target=_keep_supervisor, args=(data, max_parallel_runs, ending))
+    keeper.start()
+    # uvicorn, shut down, raises its signal again: unhandled, these would end this process before its child.
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.default_int_handler)
     try:
-        keeper.start()
         serve_pages(data, host, port, names)
     finally:
         ending.set()
@@ -46,7 +48,16 @@ def bring_up(data: DataFolder, host: str, port: int, names: list[str], max_paral
 
 
 def _keep_supervisor(data: DataFolder, max_parallel_runs: int | None, ending: threading.Event) -> None:
-    command = [sys.executable, "-m", "cli", "supervise", "--data", str(data.path)]
+    command = [
+        sys.executable,
+        "-m",
+        "cli",
+        "supervise",
+        "--data",
+        str(data.path),
+        "--parent",
+        str(os.getpid()),
+    ]
     if max_parallel_runs is not None:
         command += ["--max-parallel-runs", str(max_parallel_runs)]
     while not ending.is_set():
@@ -61,15 +72,23 @@ def _keep_supervisor(data: DataFolder, max_parallel_runs: int | None, ending: th
             typer.echo("The supervisor ended unexpectedly; starting it again.", err=True)
 
 
-def supervise_runs(data: DataFolder, max_parallel_runs: int | None) -> None:
-    """Supervise until SIGTERM or SIGINT."""
+def supervise_runs(data: DataFolder, max_parallel_runs: int | None, parent: int | None = None) -> None:
+    """Supervise until SIGTERM or SIGINT, or until the process that started this has gone without a word."""
     from trainer.supervisor import supervise
 
     structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
     leave = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: leave.set())
+    if parent is not None:
+        threading.Thread(target=_leave_with, args=(parent, leave), daemon=True).start()
     supervise(data, leave, max_parallel_runs)
+
+
+def _leave_with(parent: int, leave: threading.Event) -> None:
+    while os.getppid() == parent and not leave.wait(0.5):
+        pass
+    leave.set()
 
 
 def require_supervisor(data: DataFolder) -> None:

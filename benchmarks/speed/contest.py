@@ -7,20 +7,22 @@ import os
 import statistics
 import subprocess
 import sys
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 HERE = Path(__file__).parent
+REST = 0.3
+"""Seconds before a turn: idle threads of OpenMP and of JAX go on spinning for 0.2 s, on the next one's cores."""
 
 
 class Contestant:
     """A process that answers each line N with the seconds that N units of its work took, on some cores or all.
 
-    It starts at once and is waited for on entering, so that several can load side by side.
+    It starts to load at once, so that several can do so side by side.
     """
 
     def __init__(self, command: Sequence[str], cores: Sequence[int] | None = None) -> None:
@@ -33,6 +35,7 @@ class Contestant:
 
     def seconds(self, units: int) -> float:
         assert self._process.stdin is not None
+        time.sleep(REST)
         self._process.stdin.write(f"{units}\n")
         self._process.stdin.flush()
         return float(self._read())
@@ -45,14 +48,11 @@ class Contestant:
             raise RuntimeError(f"{' '.join(self.command)} ended: {self._process.stderr.read()[-2000:]}")
         return line.strip()
 
-    def __enter__(self) -> Contestant:
+    def wait_until_ready(self) -> None:
         while (line := self._read()) != "ready":
             del line  # what a library prints while it is imported
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def end(self) -> None:
         self._process.kill()
         self._process.communicate()
 
@@ -85,10 +85,10 @@ class Speeds:
         return min(self.rounds[name]), max(self.rounds[name])
 
 
-def contest(contestants: Mapping[str, Sequence[str]], *, rounds: int = 7, seconds: float = 0.5) -> Speeds:
+def contest(contestants: Mapping[str, Sequence[str]], *, rounds: int = 5, seconds: float = 0.5) -> Speeds:
     """Each contestant in turn, for about so many seconds a turn, after one turn to warm up."""
     speeds: dict[str, list[float]] = {name: [] for name in contestants}
-    with entered(contestants.values()) as started:
+    with loaded((command, None) for command in contestants.values()) as started:
         running = dict(zip(contestants, started, strict=True))
         units = {name: _units(contestant, seconds) for name, contestant in running.items()}
         for _ in range(rounds):
@@ -98,11 +98,15 @@ def contest(contestants: Mapping[str, Sequence[str]], *, rounds: int = 7, second
 
 
 @contextmanager
-def entered(commands: Iterable[Sequence[str]]) -> Iterator[list[Contestant]]:
-    """Contestants that have loaded side by side and now wait for their turns."""
+def loaded(commands: Iterable[tuple[Sequence[str], Sequence[int] | None]]) -> Iterator[list[Contestant]]:
+    """Contestants, each on its cores or all, that have loaded side by side and now wait for their turns."""
     with ExitStack() as stack:
-        loading = [Contestant(command) for command in commands]
-        yield [stack.enter_context(contestant) for contestant in loading]
+        loading = [Contestant(command, cores) for command, cores in commands]
+        for contestant in loading:
+            stack.callback(contestant.end)
+        for contestant in loading:
+            contestant.wait_until_ready()
+        yield loading
 
 
 def _units(contestant: Contestant, seconds: float) -> int:

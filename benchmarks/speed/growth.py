@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks.speed.contest import entered, ours
+from benchmarks.speed.contest import loaded, ours
 
 SIZES: dict[str, tuple[str, str, list[int]]] = {
     # what: (task, its argument, sizes)
@@ -27,7 +27,8 @@ def growth() -> list[dict[str, Any]]:
 
 
 def _measured(task: str, argument: str, sizes: list[int]) -> dict[int, float]:
-    with entered(ours(task, 2, **{argument: size}, **FIXED.get(task, {})) for size in sizes) as running:
+    commands = [ours(task, 2, **{argument: size}, **FIXED.get(task, {})) for size in sizes]
+    with loaded((command, None) for command in commands) as running:
         return {
             size: round(min(contestant.seconds(1) for _ in range(3)), 5)
             for size, contestant in zip(sizes, running, strict=True)

@@ -23,7 +23,7 @@ class Row:
     flops: float = 0.0
     precision: str = "float32"
     threads: int = 2
-    rounds: int = 7
+    rounds: int = 5
     reach: str = ""
     """What is aimed at, in words."""
 
@@ -133,7 +133,6 @@ def clip_rows() -> list[Row]:
             "/s",
             {"ours": ours("clip", 1, scene=task), "defaults": ours("clip_by_defaults", 1, scene=task)},
             threads=1,
-            rounds=5,
             reach=reach,
         )
         for task, reach in (("walker-walk", "≥ 3.5/s"), ("quadruped-walk", "≥ 2.5/s"))
@@ -154,7 +153,6 @@ def loop_rows() -> list[Row]:
                     "loop", 2, preset="walker-walk", exploring=exploring, precision="float32", plain=True
                 ),
             },
-            rounds=5,
             reach=reach,
         )
         for phase, exploring, reach in (

@@ -9,13 +9,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
 import torch
 
-from benchmarks.speed.contest import Contestant, ours
+from benchmarks.speed.contest import Contestant, loaded, ours
 
 ROUNDS = 3
 PAIRS = 140
@@ -113,9 +112,7 @@ def _together_and_apart(profile: str) -> tuple[float, float]:
 
 def _steps_per_second(commands: Sequence[tuple[list[str], list[int]]], steps: int) -> float:
     """Of all contestants together, each kept to its cores."""
-    with ExitStack() as stack, ThreadPoolExecutor(len(commands)) as pool:
-        loading = [Contestant(command, cores) for command, cores in commands]
-        running = [stack.enter_context(contestant) for contestant in loading]
+    with loaded(commands) as running, ThreadPoolExecutor(len(commands)) as pool:
         list(pool.map(partial(_seconds, 10), running))  # to warm up
         return sum(steps / seconds for seconds in pool.map(partial(_seconds, steps), running))
 

@@ -1,4 +1,4 @@
-"""`pebble up` takes its supervisor with it."""
+"""`pebble up` takes its supervisor with it, however it ends."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+SIGNALS = [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL]
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+
+@pytest.mark.parametrize("number", SIGNALS)
 def test_ending_it_ends_the_supervisor_too(number: signal.Signals, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "cli", "up", "--port", "0", "--data", str(tmp_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
@@ -20,4 +22,4 @@ def test_ending_it_ends_the_supervisor_too(number: signal.Signals, tmp_path: Pat
         # The supervisor writes to the same pipe, so it is at its end only when both have ended.
         rest, _ = process.communicate(timeout=60)
     assert "http://127.0.0.1" in said
-    assert process.returncode == 0, rest
+    assert process.returncode == (-number if number == signal.SIGKILL else 0), rest

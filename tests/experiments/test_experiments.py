@@ -354,6 +354,19 @@ def test_no_ready_file_lives_one_configuration_twice(file: Path) -> None:
     assert len(set(configs)) == len(configs)
 
 
+def test_the_claims_compare_at_equal_answers_and_ten_times_the_steps() -> None:
+    configs = {
+        (one.task, one.compared.name): one.config
+        for one in read_experiment(EXPERIMENTS / "claims-laptop.yaml").planned()
+    }
+    for task in ("cartpole-swingup", "walker-walk"):
+        pebble, rival, bound = (configs[task, name] for name in ("pebble", "preference-ppo", "ppo"))
+        assert pebble.budget == configs[task, "no-relabel"].budget == rival.budget
+        assert configs[task, "pebble-few"].budget == configs[task, "no-pretraining-few"].budget
+        assert rival.total_steps == bound.total_steps == 10 * pebble.total_steps
+        assert pebble.total_steps == configs[task, "sac"].total_steps
+
+
 def test_the_documented_experiment_is_one(tmp_path: Path) -> None:
     (block,) = re.findall(
         r"```yaml\n(.*?)```", (DOCS / "experiments.md").read_text(encoding="utf-8"), re.DOTALL

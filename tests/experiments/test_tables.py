@@ -63,23 +63,25 @@ def test_without_published_figures_there_is_no_share(tmp_path: Path) -> None:
 
 def test_differences_are_paired_by_seed_and_say_undecided(tmp_path: Path) -> None:
     """By hand: 10, 20, 30 have mean 20 and standard error 10/√3; t(0.975, 2) = 4.3027."""
-    rows = finished("sac", [100, 100, 100]) + finished("pebble", [110, 120, 130, 999])
+    rows = finished("sac", [100, 100, 100]) + finished("pebble", [110, 120, 130, 999], answers=8)
     figure = Differences(file="claims", pairs=[("pebble", "sac"), ("sac", "pebble")])
     _, up, down = cells(differences(figure, drawing(rows, tmp_path)))
-    assert up[1:] == ["pebble − sac", "3", "+20.0", "-4.8 … +44.8", "undecided", "120%"]
-    assert down[1:] == ["sac − pebble", "3", "-20.0", "-44.8 … +4.8", "undecided", "83%"]
+    both = "1,400 / 1,400"
+    assert up[1:5] == ["pebble − sac", both, "8 / 0", "3"]
+    assert up[5:] == ["+20.0", "-4.8 … +44.8", "undecided", "120%"]
+    assert down[1:5] == ["sac − pebble", both, "0 / 8", "3"]
+    assert down[5:] == ["-20.0", "-44.8 … +4.8", "undecided", "83%"]
 
 
 def test_a_share_of_the_other_may_be_compared_with(tmp_path: Path) -> None:
     rows = finished("sac", [100, 110]) + finished("pebble", [98, 107])
     figure = Differences(file="claims", pairs=[("pebble", "sac")], share=0.9)
     _, row = cells(differences(figure, drawing(rows, tmp_path)))
-    assert row[1:4] == ["pebble − 0.9 · sac", "2", "+8.0"]
-    assert row[6] == "98%"
+    assert [row[1], *row[4:6], row[8]] == ["pebble − 0.9 · sac", "2", "+8.0", "98%"]
 
 
 def test_a_difference_of_one_seed_says_what_is_missing(tmp_path: Path) -> None:
     figure = Differences(file="claims", pairs=[("pebble", "sac")])
     rows = finished("sac", [1]) + finished("pebble", [2])
     _, row = cells(differences(figure, drawing(rows, tmp_path)))
-    assert row[5] == "a paired difference needs two seeds that both methods have, not 1"
+    assert row[7] == "a paired difference needs two seeds that both methods have, not 1"

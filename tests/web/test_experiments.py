@@ -40,7 +40,9 @@ def test_every_task_has_its_curves(opened: Page) -> None:
     expect(legend).to_contain_text(re.compile(r"sac, 2 seeds:?\s*\d"))
 
 
-def test_a_method_with_many_times_the_steps_leaves_room_for_the_others(opened: Page, live_server: LiveServer) -> None:
+def test_a_method_with_many_times_the_steps_leaves_room_for_the_others(
+    opened: Page, live_server: LiveServer
+) -> None:
     with live_server.database.write() as session:
         for run in session.scalars(select(Run).where(Run.method == "preference-ppo")):
             run.config = {**run.config, "total_steps": 10 * STEPS}
@@ -50,7 +52,9 @@ def test_a_method_with_many_times_the_steps_leaves_room_for_the_others(opened: P
     box = chart.locator(".u-over").bounding_box()
     assert box is not None
     opened.mouse.move(box["x"] + box["width"] - 1, box["y"] + 50)
-    expect(chart.locator(".u-legend")).to_contain_text(re.compile(r"Step:?\s*50\u202f000"))  # and not ten times as many
+    expect(chart.locator(".u-legend")).to_contain_text(
+        re.compile(r"Step:?\s*50\u202f000")
+    )  # and not ten times as many
 
 
 def test_a_measure_is_chosen_by_a_link(opened: Page) -> None:

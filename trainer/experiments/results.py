@@ -149,7 +149,7 @@ class Results:
 
     def steps(self, task: str, method: str) -> int:
         """The steps that each of its finished runs had."""
-        return int(max(row["total_steps"] for row in self._finished(task, method)))
+        return max((int(row["total_steps"]) for row in self._finished(task, method)), default=0)
 
     def answers(self, task: str, method: str) -> float:
         """Preferences that a finished seed learned from, on average."""

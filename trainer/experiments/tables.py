@@ -9,6 +9,7 @@ import numpy as np
 
 from labels_db.figures import Differences, Ends
 from trainer.experiments.drawing import Drawing
+from trainer.experiments.results import Results
 from trainer.experiments.statistics import bootstrap_interval, interquartile_mean, paired_difference
 
 
@@ -42,9 +43,13 @@ def _share(last: Mapping[int, float], published: float | None) -> str:
 
 def differences(figure: Differences, drawing: Drawing) -> Path:
     """Task by pair, with interval and verdict."""
-    head = ["task", "pair", "seeds", "difference", "95 % interval", "verdict", "share"]
+    head = ["task", "pair", "steps", "answers", "seeds", "difference", "95 % interval", "verdict", "share"]
     rows = [
-        [task, _pair(one, other, figure.share), *_difference(task, one, other, figure, drawing)]
+        [
+            *(task, _pair(one, other, figure.share)),
+            *_lived(task, (one, other), drawing.results),
+            *_difference(task, one, other, figure, drawing),
+        ]
         for task in drawing.experiment.tasks
         for one, other in figure.pairs
     ]
@@ -53,6 +58,13 @@ def differences(figure: Differences, drawing: Drawing) -> Path:
 
 def _pair(one: str, other: str, share: float) -> str:
     return f"{one} − {other}" if share == 1 else f"{one} − {share:g} · {other}"
+
+
+def _lived(task: str, pair: tuple[str, str], results: Results) -> list[str]:
+    """Steps and answers of the one and of the other."""
+    steps = [f"{results.steps(task, method):,}" for method in pair]
+    answers = [f"{results.answers(task, method):.0f}" for method in pair]
+    return [" / ".join(steps), " / ".join(answers)]
 
 
 def _difference(task: str, one: str, other: str, figure: Differences, drawing: Drawing) -> list[str]:

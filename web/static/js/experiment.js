@@ -4,7 +4,7 @@ import { Overlay, asked, followEvaluations } from "./overlay.js";
 
 const box = document.querySelector("[data-overlays]");
 const overlays = new Map();
-const MANY = 4; // times the fewest steps of a task's methods
+const MANY = 4; // times the fewest steps of the methods that there are lines of
 
 const curve = ({ steps, values, means }) => new Map(steps.map((step, index) => [step, (values ?? means)[index]]));
 
@@ -25,21 +25,18 @@ const asymptoteOf = ({ methods }, { method, curve: means }, steps) => {
   return { label, place: methods.indexOf(method), curve: new Map([[0, end], [steps, end]]) };
 };
 
-/** How many steps each method is to take on a task. */
-const plannedSteps = (runs) => {
-  const planned = new Map();
-  for (const run of runs) planned.set(run.method, Math.max(run.total_steps, planned.get(run.method) ?? 0));
-  return planned;
-};
+/** How many steps a method's runs are to take on a task; one that was given more of them counts like the others. */
+const plannedSteps = ({ runs }, { task, method }) =>
+  Math.min(...runs.filter((run) => run.task === task && run.method === method).map((run) => run.total_steps));
 
 const draw = (found, task) => {
   const results = found.results.filter((result) => result.task === task.name && result.evaluated);
   if (!results.length) return;
-  const planned = plannedSteps(found.runs.filter((run) => run.task === task.name));
+  const planned = new Map(results.map((result) => [result, plannedSteps(found, result)]));
   const fewest = Math.min(...planned.values());
   const steps = Math.max(...[...planned.values()].filter((each) => each < MANY * fewest));
   const lines = (result) =>
-    planned.get(result.method) > steps ? [asymptoteOf(found, result, steps)] : linesOf(found, result);
+    planned.get(result) > steps && result.curve.steps.length ? [asymptoteOf(found, result, steps)] : linesOf(found, result);
   if (!overlays.has(task.name)) overlays.set(task.name, new Overlay(box, task.title));
   overlays.get(task.name).show(results.flatMap(lines), steps);
 };
