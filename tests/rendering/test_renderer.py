@@ -63,6 +63,7 @@ def check_light(clip: EncodedClip) -> None:
         MetaWorld(task="door-open"),
         Gymnasium(id="Ant-v5"),
         Gymnasium(id="Pendulum-v1"),
+        Gymnasium(id="LunarLanderContinuous-v3"),
     ],
     ids=lambda config: config.name,
 )

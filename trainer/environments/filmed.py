@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Iterator
 from itertools import product
 
@@ -18,9 +19,11 @@ WEBP = WebPImagePlugin.WebPImageFile.format
 STATE_SIZE = 640
 BYTES = 6
 """In each number of a state: as many as a double holds exactly."""
-SIZES = ((320, 240), (160, 120), (80, 60), (40, 30))
+WIDTH, HEIGHT = 320, 240
+"""At most, as clips are by default."""
+SHRINKINGS = (1, 2, 4, 8)
 QUALITIES = (80, 60, 40, 20, 0)
-"""Flat drawings fit in the best; photographs would not."""
+"""Flat drawings have room in the best and largest; photographs would not."""
 
 
 def kept(picture: Picture) -> PhysicsState:
@@ -31,17 +34,19 @@ def kept(picture: Picture) -> PhysicsState:
 
 
 def _ever_smaller(picture: Picture) -> Iterator[bytes]:
-    for size, quality in product(SIZES, QUALITIES):
-        image, data = Image.fromarray(picture), io.BytesIO()
-        image.thumbnail(size)
-        image.save(data, WEBP, quality=quality, method=0)
+    height, width, _ = picture.shape
+    fitting = max(math.ceil(width / WIDTH), math.ceil(height / HEIGHT))
+    for shrinking, quality in product(SHRINKINGS, QUALITIES):
+        data = io.BytesIO()
+        Image.fromarray(picture).reduce(fitting * shrinking).save(data, WEBP, quality=quality, method=0)
         yield data.getvalue()
 
 
 def shown(state: PhysicsState) -> Picture:
     """The picture [height, width, 3] that a state [STATE_SIZE] keeps."""
     numbers = state.astype("<u8").view(np.uint8).reshape(STATE_SIZE, 8)
-    return np.asarray(Image.open(io.BytesIO(numbers[:, :BYTES].tobytes())).convert("RGB"))
+    data = io.BytesIO(numbers[:, :BYTES].tobytes())
+    return np.asarray(Image.open(data, formats=[WEBP]).convert("RGB"))
 
 
 class FilmScene:

@@ -24,22 +24,20 @@ def registered(id: str, action_repeat: int) -> Environment:
     """The environment of that id, drawn by the renderer if it is MuJoCo's, else as it can be."""
     tell_warnings()
     task = GymTask(id)
-    return _kind(task)(task, action_repeat)
-
-
-def _kind(task: GymTask) -> type[GymEnvironment]:
     if isinstance(getattr(task.unwrapped, "model", None), mujoco.MjModel):
-        return SimulatedGym
+        return SimulatedGym(task, action_repeat)
     if "rgb_array" not in task.unwrapped.metadata.get("render_modes", ()):
-        return UnseenGym
-    return PicturedGym if Numbers(_stepped(task)).are_all_there_is else FilmedGym
+        return UnseenGym(task, action_repeat)
+    numbers = _numbers_of(task)
+    return PicturedGym(task, action_repeat, numbers) if numbers else FilmedGym(task, action_repeat)
 
 
-def _stepped(task: GymTask) -> Any:
-    """Its insides after a step: some attributes are there only then."""
+def _numbers_of(task: GymTask) -> Numbers | None:
+    """What it keeps, if that is nothing but numbers; some are there only after a step."""
     task.begin(0)
     task.step(np.zeros(task.action_size))
-    return task.unwrapped
+    numbers = Numbers(task.unwrapped)
+    return numbers if numbers.are_all_there_is else None
 
 
 class GymEnvironment(EpisodicEnvironment):
@@ -98,8 +96,8 @@ class SimulatedGym(GymEnvironment, SimulatedEnvironment):
 class PicturedGym(GymEnvironment):
     """Written in Python, and nothing but numbers: it is drawn by itself, from its numbers."""
 
-    def __init__(self, task: GymTask, action_repeat: int) -> None:
-        self._numbers = Numbers(_stepped(task))
+    def __init__(self, task: GymTask, action_repeat: int, numbers: Numbers) -> None:
+        self._numbers = numbers
         super().__init__(task, action_repeat)
 
     @property
@@ -126,6 +124,7 @@ class FilmedGym(GymEnvironment):
         return STATE_SIZE
 
     def _begin(self, seed: int) -> None:
+        self._task.close()
         self._task = GymTask(self._task.id, render_mode="rgb_array")
         super()._begin(seed)
         self._picture = self._task.picture()

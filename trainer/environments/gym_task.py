@@ -49,6 +49,10 @@ class GymTask:
         """What it looks like now [height, width, 3]; it was made with `render_mode="rgb_array"`."""
         return np.array(self._env.render(), np.uint8)
 
+    def close(self) -> None:
+        """Give back whatever it holds; nothing may be asked of it afterwards."""
+        self._env.close()
+
     def _flat(self, observation: Any) -> Observation:
         return np.asarray(spaces.flatten(self._env.observation_space, observation), np.float32)
 
