@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
@@ -103,6 +103,7 @@ class RunForm:
     fields: list[FormField]
     errors: Mapping[str, str] = field(default_factory=dict)
     room: str = ""
+    caveats: Sequence[str] = ()
 
     @property
     def primary(self) -> list[FormField]:
@@ -170,6 +171,7 @@ def fill_form(
 ) -> RunForm:
     """The form for what was typed so far: other kinds bring other fields."""
     shape = with_kinds(preset.config(profile), given)
+    config = _wanted(preset, profile, settings_in(shape, given))
     return RunForm(
         preset=preset,
         profile=profile,
@@ -177,7 +179,8 @@ def fill_form(
         goal=given.get("goal", preset.goal),
         fields=[_field(setting, given, errors) for setting in fields_of(shape)],
         errors=errors,
-        room=_room(preset, profile, settings_in(shape, given), folder),
+        room=_room(config, folder) if config else "",
+        caveats=config.caveats if config else [],
     )
 
 
@@ -199,11 +202,16 @@ def settings_in(shape: RunConfig, given: Mapping[str, str]) -> dict[str, str]:
     return {setting.path: given[setting.path] for setting in fields_of(shape) if setting.path in given}
 
 
-def _room(preset: Preset, profile: str, settings: Mapping[str, str], folder: Path) -> str:
+def _wanted(preset: Preset, profile: str, settings: Mapping[str, str]) -> RunConfig | None:
+    """None while something in it is wrong."""
     try:
-        needed = estimate_bytes(chosen_config(preset, profile, settings)).total
+        return chosen_config(preset, profile, settings)
     except SettingError:
-        return ""
+        return None
+
+
+def _room(config: RunConfig, folder: Path) -> str:
+    needed = estimate_bytes(config).total
     return f"Needs at most about {size(needed)} of disk; {size(shutil.disk_usage(folder).free)} are free."
 
 

@@ -205,3 +205,14 @@ def test_bounds_and_room_are_said(site: Site) -> None:
     assert "From 1 to 16." in page
     assert "More than 0, at most 0.1." in page
     assert "Needs at most about" in page
+
+
+def test_an_environment_that_gives_its_task_away_is_warned_of(site: Site) -> None:
+    hopper = {"environment.kind": "gym", "environment.id": "Hopper-v5", "feedback.teacher.kind": "oracle"}
+    wanted = {"preset": "walker-walk", **hopper}
+    warning = "Episodes of gym:Hopper-v5 can end early. What ends them gives the task away"
+    assert warning in site.client.get("/new", params=wanted).text
+    assert warning not in site.client.get("/new", params={"preset": "walker-walk"}).text
+    sent = {**wanted, "title": "Hop", "goal": "Hop."}
+    made = site.client.post("/new", data=sent, headers=SAME, follow_redirects=True)
+    assert warning in made.text  # on the run's own page
