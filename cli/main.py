@@ -108,7 +108,12 @@ def token(
 
 @app.command()
 def train(
-    preset: Annotated[str, typer.Argument(help="A preset, as `pebble presets` lists them.")],
+    preset: Annotated[
+        str,
+        typer.Argument(
+            help="A preset, as `pebble presets` lists them, or an environment, as in gym:Hopper-v5."
+        ),
+    ],
     data: Data,
     profile: Annotated[
         str | None, typer.Option(help="laptop, paper, public or few-labels, as the preset has them.")

@@ -19,7 +19,7 @@ from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from labels_db.run_config import RunConfig
 from labels_db.run_config.base import Config
-from labels_db.runs import request_run, resume_run
+from labels_db.runs import id_part, request_run, resume_run
 
 Settings = dict[str, str | int | float | bool]
 
@@ -117,7 +117,7 @@ class PlannedRun:
 
     @property
     def run_id(self) -> str:
-        return f"{self.experiment.name}-{self.task}-{self.compared.name}-{self.seed}"
+        return f"{self.experiment.name}-{id_part(self.task)}-{self.compared.name}-{self.seed}"
 
     @property
     def config(self) -> RunConfig:

@@ -20,6 +20,11 @@ def get_run(session: Session, run_id: str) -> Run:
     return run
 
 
+def id_part(name: str) -> str:
+    """A preset's name as part of a run's id, which stands in addresses and files' names: those have no colons."""
+    return name.replace(":", "-")
+
+
 def request_run(
     session: Session,
     config: RunConfig,
@@ -34,7 +39,7 @@ def request_run(
     """Queue a new run with its first goal card."""
     now = utc_now()
     run = Run(
-        id=run_id or f"{preset or 'run'}-{secrets.token_hex(3)}",
+        id=run_id or f"{id_part(preset or 'run')}-{secrets.token_hex(3)}",
         title=title,
         preset=preset,
         experiment=experiment,

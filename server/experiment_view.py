@@ -8,7 +8,7 @@ from datetime import datetime
 from itertools import product
 
 from labels_db.experiment_overview import ExperimentOverview, ExperimentSummary, Result, Standing
-from labels_db.presets import presets
+from labels_db.presets import preset_named
 from server.run_view import RunView, Tone, view
 from server.words import number, plural
 
@@ -86,8 +86,10 @@ def tasks_of(shown: ExperimentOverview, measure: str) -> list[Task]:
 
 def task_title(name: str) -> str:
     """What the task is called; an extension's may be gone."""
-    preset = presets().get(name)
-    return preset.title if preset else name
+    try:
+        return preset_named(name).title
+    except ValueError:
+        return name
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import difflib
 import functools
 
+from labels_db.catalogue import catalogue
 from labels_db.presets.behaviours import behaviours
+from labels_db.presets.by_environment import of_environment
 from labels_db.presets.locomotion import locomotion
 from labels_db.presets.manipulation import manipulation
 from labels_db.presets.preset import PROFILES, Preset
@@ -22,9 +24,9 @@ def presets() -> dict[str, Preset]:
 
 
 def preset_named(name: str) -> Preset:
-    """The preset of that name; ValueError names the closest."""
-    known = presets()
-    if name not in known:
-        close = difflib.get_close_matches(name, known, n=1) or list(known)
+    """The preset of that name, or one for the environment of that name; ValueError names the closest."""
+    found = presets().get(name) or of_environment(name)
+    if found is None:
+        close = difflib.get_close_matches(name, [*presets(), *catalogue()], n=1) or list(presets())
         raise ValueError(f"preset {name!r}: unknown; one of {', '.join(close)}")
-    return known[name]
+    return found

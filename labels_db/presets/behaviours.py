@@ -54,7 +54,13 @@ def _windmill(behaviour: str) -> Preset:
 
 
 def _novel(behaviour: str, *, action_repeat: int, budget: int, total_steps: int) -> Preset:
-    laptop = RunConfig(
+    laptop = novel(behaviour, action_repeat=action_repeat, budget=budget, total_steps=total_steps)
+    return Preset(behaviour, {"laptop": laptop})
+
+
+def novel(behaviour: str, *, action_repeat: int, budget: int, total_steps: int) -> RunConfig:
+    """A person teaches what takes more than a cart pole."""
+    return RunConfig(
         environment=Behaviour(behaviour=behaviour, action_repeat=action_repeat),
         agent=SAC(width=256, batch_size=256, learning_rate=1e-3, temperature_learning_rate=1e-3),
         reward=LearnedReward(batch_size=32),
@@ -70,4 +76,3 @@ def _novel(behaviour: str, *, action_repeat: int, budget: int, total_steps: int)
         evaluation=Evaluation(every=10_000, episodes=1),
         total_steps=total_steps,
     )
-    return Preset(behaviour, {"laptop": laptop})

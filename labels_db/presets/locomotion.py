@@ -9,6 +9,7 @@ from labels_db.presets.preset import FewLabels, Preset, Profiles, Settings
 from labels_db.run_config import (
     SAC,
     DMControl,
+    EnvironmentConfig,
     Evaluation,
     LearnedReward,
     Oracle,
@@ -92,7 +93,7 @@ def locomotion() -> Iterator[Preset]:
 def _profiles(task: _Task) -> Profiles:
     public = _as_published(task, rate=task.public_rate, transform="distance", tie="first")
     return {
-        "laptop": _laptop(task),
+        "laptop": laptop(DMControl(task=task.name, action_repeat=4), task.laptop_steps),
         "paper": _as_published(task, rate=task.rate, transform="log", tie="equal"),
         "public": public,
         "few-labels": task.few.of(public),
@@ -116,10 +117,10 @@ def _as_published(task: _Task, *, rate: float, transform: str, tie: str) -> RunC
     )
 
 
-def _laptop(task: _Task) -> RunConfig:
+def laptop(environment: EnvironmentConfig, total_steps: int) -> RunConfig:
     """Chosen by measurement on walker-walk: benchmarks/README.md."""
     return RunConfig(
-        environment=DMControl(task=task.name, action_repeat=4),
+        environment=environment,
         agent=SAC(width=128, batch_size=256, learning_rate=1e-3, temperature_learning_rate=1e-3),
         reward=LearnedReward(batch_size=32),
         exploration=StateEntropy(seed_steps=1000, explore_steps=4000),
@@ -127,7 +128,7 @@ def _laptop(task: _Task) -> RunConfig:
             teacher=Oracle(), budget=400, queries_per_session=40, steps_between=4000, pool_episodes=20
         ),
         evaluation=Evaluation(every=5000, episodes=5),
-        total_steps=task.laptop_steps,
+        total_steps=total_steps,
     )
 
 

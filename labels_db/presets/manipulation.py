@@ -42,6 +42,11 @@ def manipulation() -> Iterator[Preset]:
         yield Preset(task.name, _profiles(task), ON_POLICY)
 
 
+def manipulating(name: str, task: str) -> Preset:
+    """A preset of that name for any of the 50 tasks, with the settings that most have in the paper."""
+    return Preset(name, _profiles(_Task(task, 10_000, 64, 2400)), ON_POLICY)
+
+
 def _profiles(task: _Task) -> Profiles:
     public = _as_published(task, segment_steps=50, transform="distance", tie="first")
     published = {

@@ -354,6 +354,13 @@ def test_no_ready_file_lives_one_configuration_twice(file: Path) -> None:
     assert len(set(configs)) == len(configs)
 
 
+def test_any_environment_is_a_task_by_its_name() -> None:
+    says = {**SAYS, "tasks": ["gym:Hopper-v5", "metaworld:push"], "figures": []}
+    planned = list(Experiment.model_validate(says).planned())
+    assert {one.config.environment.name for one in planned} == set(says["tasks"])
+    assert planned[0].run_id.startswith("tiny-gym-Hopper-v5-")
+
+
 def test_the_claims_compare_at_equal_answers_and_ten_times_the_steps() -> None:
     configs = {
         (one.task, one.compared.name): one.config

@@ -119,11 +119,29 @@ def test_profile_few_labels_is_what_later_papers_compare_with(
 
 @pytest.mark.parametrize(
     ("name", "complaint"),
-    [("walker-wolk", "preset 'walker-wolk': unknown; one of walker-walk"), ("x", "one of cartpole-windmill")],
+    [
+        ("walker-wolk", "preset 'walker-wolk': unknown; one of walker-walk"),
+        ("gym:Hoper-v5", "one of gym:Hopper-v5"),
+        ("x", "one of cartpole-windmill"),
+    ],
 )
 def test_an_unknown_preset_is_named_with_the_closest(name: str, complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         preset_named(name)
+
+
+@pytest.mark.parametrize("name", sorted(catalogue()))
+def test_every_environment_has_a_preset_of_its_name(name: str) -> None:
+    preset = preset_named(name)
+    assert (preset.name, preset.environment) == (name, name)
+    assert preset.title == entry(name).title
+    for profile in preset.profiles:
+        assert preset.config(profile).environment.name == name
+
+
+def test_any_manipulation_task_has_the_papers_settings() -> None:
+    ours, paper = (preset_named(name).config("paper") for name in ("metaworld:push", "drawer-close"))
+    assert ours.model_copy(update={"environment": paper.environment}) == paper
 
 
 def test_an_unknown_profile_is_named_with_those_there_are() -> None:

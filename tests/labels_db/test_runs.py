@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from datetime import timedelta
+from pathlib import Path
 
 import pytest
 from sqlalchemy import select
@@ -15,6 +16,7 @@ from labels_db.database import Database
 from labels_db.errors import AttemptLostError, ConflictError, NotFoundError
 from labels_db.models import ALIVE, Desired, Event, FeedbackSession, Run, RunState
 from labels_db.overrides import SettingError
+from labels_db.storage import ArtifactStore
 from tests.labels_db import given
 from tests.labels_db.given import NOW, SECOND
 
@@ -28,6 +30,15 @@ def test_a_requested_run_waits_with_its_first_goal_card(database: Database) -> N
         assert (run.state, run.desired, run.attempt) == (RunState.QUEUED, Desired.RUN, 0)
         assert [(card.version, card.text) for card in run.goal_cards] == [(1, "Round.")]
         assert runs.config_of(run) == given.HUMAN
+
+
+def test_a_run_of_an_environments_own_preset_has_an_id_that_files_can_have(
+    database: Database, tmp_path: Path
+) -> None:
+    with database.write() as session:
+        run_id = runs.request_run(session, given.HUMAN, title="T", goal="G", preset="gym:Hopper-v5").id
+    assert run_id.startswith("gym-Hopper-v5-")
+    ArtifactStore(str(tmp_path)).write(f"runs/{run_id}/x.json", b"{}")
 
 
 def test_an_unknown_run_is_named(database: Database) -> None:
