@@ -19,7 +19,7 @@ from scipy.stats import spearmanr
 from labels_db.presets import preset_named
 from labels_db.run_config import LearnedReward
 from trainer.environments import make_environment
-from trainer.experiments.results import versions
+from trainer.experiments.provenance import versions
 from trainer.randomness import Randomness
 from trainer.reward_model import Preferences, RewardModel
 

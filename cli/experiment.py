@@ -62,21 +62,22 @@ def live_through(file: Path, data: DataFolder, parallel: int, *, as_json: bool) 
     return 1 if standing.failed else 0
 
 
-def plot(file: Path, data: DataFolder, out: Path | None) -> None:
-    """Draw the experiment's figures from its results."""
+def plot(file: Path, data: DataFolder, out: Path | None, kept: Path | None = None) -> None:
+    """Draw the experiment's figures from its results, or those that kept results are enough for."""
     from trainer.experiments.figures import draw_all
     from trainer.experiments.results import Results, write_results
 
     experiment = _read(file)
-    folder = write_results(experiment, data)
+    folder = kept or write_results(experiment, data)
     try:
         results = Results.read(folder, experiment)
     except FileNotFoundError as error:
-        raise UsageError(f"{experiment.name}: has no results yet; run `pebble experiment {file}`") from error
-    if not experiment.figures:
-        raise UsageError(f"{file}: asks for no figures; add some under `figures:`")
+        raise UsageError(f"{folder}: has no results yet; run `pebble experiment {file}`") from error
+    figures = [figure for figure in experiment.figures if not (kept and figure.of_runs)]
+    if not figures:
+        raise UsageError(f"{file}: asks for no figures that can be drawn; add some under `figures:`")
     try:
-        for path in draw_all(experiment, results, data, out or folder / "figures"):
+        for path in draw_all(figures, experiment, results, data, out or folder / "figures"):
             typer.echo(str(path))
     except ValueError as error:
         raise UsageError(str(error)) from error

@@ -170,11 +170,15 @@ def plot(
     out: Annotated[
         Path | None, typer.Option(help="Folder for the figures; by default beside the results.")
     ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(help="Folder with results.parquet to draw from, instead of the data folder's runs."),
+    ] = None,
 ) -> None:
     """Draw an experiment's figures from its results."""
     from cli.experiment import plot as draw
 
-    draw(file, data, out)
+    draw(file, data, out, results)
 
 
 @app.command()

@@ -17,6 +17,8 @@ class OfFile(Config):
 
     file: Name
     ending: ClassVar[str] = "png"
+    of_runs: ClassVar[bool] = False
+    """Whether it is drawn from the runs themselves; results alone are enough for the others."""
 
     @property
     def path(self) -> str:
@@ -98,6 +100,7 @@ class Differences(OfFile):
 class Strips(OfMethods):
     """Frames of what was learned, by each method's best run."""
 
+    of_runs = True
     kind: Literal["strips"] = "strips"
     frames: int = Field(8, ge=2, le=24)
 
@@ -105,6 +108,7 @@ class Strips(OfMethods):
 class Queries(OfMethods):
     """Sheets of queries as they were asked: first and second segment, side by side."""
 
+    of_runs = True
     kind: Literal["queries"] = "queries"
     sessions: list[int] = Field(default_factory=lambda: [0, 1, 3])
     queries: int = Field(4, ge=1, le=20)

@@ -26,7 +26,7 @@ from labels_db.history import sessions_of
 from labels_db.models import Query, Run, Segment
 from labels_db.run_config import LearnedReward
 from labels_db.storage import ArtifactStore
-from trainer.experiments.results import versions
+from trainer.experiments.provenance import versions
 from trainer.randomness import Randomness
 from trainer.reward_model import Preferences, RewardModel
 from trainer.segments import inputs_from_bytes, rewards_from_bytes

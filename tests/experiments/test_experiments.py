@@ -17,19 +17,21 @@ import pytest
 import yaml
 from PIL import Image
 
+from cli.experiment import plot
 from labels_db.data_folder import DataFolder
 from labels_db.errors import ConflictError
 from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
 from labels_db.figures import Curves
 from labels_db.models import EvaluationResult, RunState, utc_now
 from labels_db.runs import stop_run
-from trainer.experiments import figures
+from trainer.experiments import figures, provenance
 from trainer.experiments.drawing import Drawing
 from trainer.experiments.figures import curves
 from trainer.experiments.file import ExperimentError, read_experiment
 from trainer.experiments.results import Results, write_results
 
 EXPERIMENTS = Path(__file__).parents[2] / "benchmarks" / "experiments"
+RESULTS = EXPERIMENTS.parent / "results"
 DOCS = Path(__file__).parents[2] / "docs"
 
 SMALL = {
@@ -151,7 +153,36 @@ def test_results_are_parquet_beside_configuration_and_versions(lived: tuple[Path
     assert kept == Experiment.model_validate(SAYS)
     first, second = json.loads((folder / "configurations.json").read_text()).values()
     assert (first["feedback"]["budget"], second["agent"]["width"]) == (8, 16)
-    assert "torch" in (folder / "versions.json").read_text()
+    (versions,) = json.loads((folder / "versions.json").read_text())
+    assert {"since", "torch", "pebble-teach"} <= set(versions)
+
+
+def test_versions_are_kept_with_the_moment_since_which_they_had_a_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    experiment, data = Experiment.model_validate(SAYS), DataFolder(tmp_path)
+    for torch in ("1", "1", "2"):
+        monkeypatch.setattr(provenance, "versions", lambda torch=torch: {"torch": torch})
+        provenance.write_provenance(experiment, data)
+    kept = json.loads((tmp_path / "experiments" / "tiny" / "versions.json").read_text())
+    assert [one["torch"] for one in kept] == ["1", "2"]
+    assert kept[0]["since"] <= kept[1]["since"]
+
+
+COMMITTED = [
+    path for path in RESULTS.glob("*/results.parquet") if (EXPERIMENTS / f"{path.parent.name}.yaml").exists()
+]
+
+
+@pytest.mark.parametrize("results", COMMITTED, ids=lambda path: path.parent.name)
+def test_committed_tables_are_those_of_the_committed_results(results: Path, tmp_path: Path) -> None:
+    """Drawn anew by today's code, without the runs that they came from."""
+    file, kept = EXPERIMENTS / f"{results.parent.name}.yaml", results.parent
+    plot(file, DataFolder(tmp_path / "data"), tmp_path, kept)
+    tables = sorted(path.name for path in tmp_path.glob("*.md"))
+    assert tables
+    for name in tables:
+        assert (tmp_path / name).read_text(encoding="utf-8") == (kept / name).read_text(encoding="utf-8")
 
 
 def test_every_kind_of_figure_is_drawn(lived: tuple[Path, DataFolder], tmp_path: Path) -> None:
@@ -172,7 +203,7 @@ def test_every_kind_of_figure_is_drawn(lived: tuple[Path, DataFolder], tmp_path:
         if name.endswith(".png"):
             pixels = np.asarray(Image.open(tmp_path / name).convert("L"))
             assert pixels.min() < 100 < 200 < pixels.max(), name
-    assert "| cartpole-swingup | pebble-8 − sac | 2 |" in (tmp_path / "claims.md").read_text()
+    assert "| pebble-8 − sac | 600 / 600 | 8 / 0 | 2 |" in (tmp_path / "claims.md").read_text()
     assert "| cartpole-swingup | pebble-8 | 600 | 8 |" in (tmp_path / "ends.md").read_text()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
-from labels_db.figures import Budgets, Curves, Differences, Ends, Queries, Strips
+from labels_db.figures import Budgets, Curves, Differences, Ends, Figure, Queries, Strips
 from labels_db.presets import preset_named
 from trainer.experiments.drawing import COLOURS, Drawing
 from trainer.experiments.pictures import query_sheet, strips
@@ -25,12 +25,14 @@ PANELS_ACROSS = 3
 DPI = 150
 
 
-def draw_all(experiment: Experiment, results: Results, data: DataFolder, folder: Path) -> Iterator[Path]:
-    """Every figure that the experiment asks for; yields each file as it is written."""
+def draw_all(
+    figures: Iterable[Figure], experiment: Experiment, results: Results, data: DataFolder, folder: Path
+) -> Iterator[Path]:
+    """Those figures of the experiment; yields each file as it is written."""
     mpl.use("Agg")
     folder.mkdir(parents=True, exist_ok=True)
     drawing = Drawing(experiment, results, data, folder)
-    for figure in experiment.figures:
+    for figure in figures:
         yield DRAWERS[type(figure)](figure, drawing)
 
 

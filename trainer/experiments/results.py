@@ -1,13 +1,10 @@
-"""What an experiment came to: one row an evaluation, as Parquet beside the configuration and the versions."""
+"""What an experiment came to: one row an evaluation, as Parquet."""
 
 from __future__ import annotations
 
 import io
-import json
-import platform
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +17,6 @@ from labels_db.feedback_progress import feedback_progress_of
 from labels_db.models import Run, RunState
 from labels_db.records import evaluations_of
 
-PACKAGES = (
-    "pebble-teach",
-    "torch",
-    "numpy",
-    "mujoco",
-    "dm-control",
-    "gymnasium",
-    "metaworld",
-    "stable-baselines3",
-)
-
 Curve = list[tuple[int, float]]
 """(step, value) of every evaluation of one run."""
 
@@ -41,26 +27,6 @@ def results_folder(experiment: Experiment, data: DataFolder) -> Path:
     return folder
 
 
-def write_provenance(experiment: Experiment, data: DataFolder) -> None:
-    """What is run, and by which versions: at the time of running, not of drawing."""
-    folder = results_folder(experiment, data)
-    written = {
-        "experiment": experiment.model_dump(mode="json"),
-        "configurations": configurations(experiment),
-        "versions": versions(),
-    }
-    for name, value in written.items():
-        _write(folder / f"{name}.json", (json.dumps(value, indent=1) + "\n").encode())
-
-
-def configurations(experiment: Experiment) -> dict[str, Any]:
-    """Every setting of each task and method, by the first seed's run: presets change as time goes by."""
-    first = experiment.seeds[0]
-    return {
-        one.run_id: one.config.model_dump(mode="json") for one in experiment.planned() if one.seed == first
-    }
-
-
 def write_results(experiment: Experiment, data: DataFolder) -> Path:
     """Everything recorded so far of the experiment's runs; returns the folder."""
     folder = results_folder(experiment, data)
@@ -69,11 +35,11 @@ def write_results(experiment: Experiment, data: DataFolder) -> Path:
         columns = dict.fromkeys(name for row in rows for name in row)  # a task's own measures too
         file = io.BytesIO()
         pq.write_table(pa.table({name: [row.get(name) for row in rows] for name in columns}), file)
-        _write(folder / "results.parquet", file.getvalue())
+        written_whole(folder / "results.parquet", file.getvalue())
     return folder
 
 
-def _write(path: Path, content: bytes) -> None:
+def written_whole(path: Path, content: bytes) -> None:
     """Whole or not at all."""
     partial = path.with_name(f"{path.name}.part")
     partial.write_bytes(content)
@@ -102,17 +68,6 @@ def _of_the_run(run: Run) -> dict[str, Any]:
         "total_steps": run.config["total_steps"],
         "state": run.state.value,
     }
-
-
-def versions() -> dict[str, str]:
-    """Of Python, this program and the libraries that results depend on."""
-    found = {"python": platform.python_version(), "machine": platform.machine()}
-    for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            continue
-    return found
 
 
 class Results:

@@ -14,7 +14,7 @@ from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
 from labels_db.models import Run, RunState
-from trainer.experiments.results import write_provenance
+from trainer.experiments.provenance import write_provenance
 from trainer.launcher import LocalLauncher
 from trainer.supervisor import LOOK_SECONDS, Supervisor
 
