@@ -20,6 +20,8 @@ from tests.trainer.whole_runs import goes_on_exactly
 from trainer.query_selection import SCHEMES
 from trainer.teachers import KINDS
 
+pytestmark = pytest.mark.contracts
+
 AGENTS = ("sac", "ppo")
 RELABELS = (True, False)
 TEACHERS = tuple(KINDS)

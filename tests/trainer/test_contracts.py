@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from labels_db.catalogue import catalogue
+from labels_db.methods import method_named
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named, presets
 from labels_db.run_config import RunConfig
@@ -20,7 +21,6 @@ SMALL: Mapping[str, str] = {
     "environment.action_repeat": "16",
     "agent.width": "8",
     "agent.batch_size": "8",
-    "agent.replay_capacity": "1000",
     "reward.width": "8",
     "reward.max_epochs": "1",
     "exploration.seed_steps": "20",
@@ -34,6 +34,16 @@ SMALL: Mapping[str, str] = {
     "evaluation.every": "100000",
     "evaluation.episodes": "1",
     "evaluation.video": "none",
+}
+SMALL_AGENTS: Mapping[str, Mapping[str, str]] = {
+    "pebble": {"agent.replay_capacity": "1000"},
+    "preference-ppo-pretrained": {
+        "exploration.seed_steps": "0",
+        "agent.rollout_steps": "8",
+        "agent.epochs": "1",
+        "agent.exploring_epochs": "1",
+        "environments": "2",
+    },
 }
 SETTING = {"dmc": "task", "behaviour": "behaviour", "metaworld": "task", "gym": "id"}
 ONE_OF_EACH = {
@@ -56,15 +66,23 @@ def of_environment(name: str) -> RunConfig:
         "feedback.segment_steps": str(min(5, max(1, steps // 2))),
     }
     return with_settings(
-        base, {**SMALL, **lengths, "environment.kind": kind, f"environment.{SETTING[kind]}": value}
+        base,
+        {
+            **SMALL,
+            **SMALL_AGENTS["pebble"],
+            **lengths,
+            "environment.kind": kind,
+            f"environment.{SETTING[kind]}": value,
+        },
     )
 
 
 def learns_and_goes_on_exactly(config: RunConfig, folder: Path) -> None:
-    end = goes_on_exactly(config, folder, config.total_steps - 30)
-    assert end.fits, "it learned no reward"
+    """Stopped after its first session, it asks, learns and relabels once more."""
+    assert len(goes_on_exactly(config, folder).fits) == 2
 
 
+@pytest.mark.contracts
 @pytest.mark.parametrize("name", sorted(ONE_OF_EACH))
 def test_one_environment_of_each_family(name: str, tmp_path: Path) -> None:
     learns_and_goes_on_exactly(of_environment(name), tmp_path)
@@ -79,10 +97,12 @@ def test_every_environment(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.contracts
+@pytest.mark.parametrize("method", SMALL_AGENTS)
 @pytest.mark.parametrize("name", presets())
-def test_every_preset_in_every_profile(name: str, tmp_path: Path) -> None:
+def test_every_preset_in_every_profile(name: str, method: str, tmp_path: Path) -> None:
     preset = preset_named(name)
     for profile in preset.profiles:
-        steps = -(-preset.config(profile).catalogue_entry.episode_steps // 16)
-        changes = {**SMALL, "total_steps": str(2 * steps + 120), "feedback.kind": "sessions"}
-        learns_and_goes_on_exactly(with_settings(preset.config(profile), changes), tmp_path / profile)
+        config, small = method_named(method).config(preset, profile), {**SMALL, **SMALL_AGENTS[method]}
+        steps = -(-config.catalogue_entry.episode_steps // 16) * int(small.get("environments", 1))
+        changes = {**small, "total_steps": str(2 * steps + 120), "feedback.kind": "sessions"}
+        learns_and_goes_on_exactly(with_settings(config, changes), tmp_path / profile)

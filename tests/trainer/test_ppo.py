@@ -23,6 +23,8 @@ from trainer.replay import replay
 from trainer.replay_buffer import Batch
 from trainer.state_tree import pack, unpack
 
+pytestmark = pytest.mark.contracts
+
 N, T = 3, 8
 D, A = 5, 1  # of the cart pole
 

@@ -19,6 +19,8 @@ from trainer.episodes import FinishedEpisode
 from trainer.segments import SegmentData
 from trainer.teachers import KINDS, ScriptedTeacher, judge, scripted_teacher_named
 
+pytestmark = pytest.mark.contracts
+
 MANY = 20_000
 returns = st.floats(-100, 100, allow_nan=False)
 
