@@ -1,8 +1,9 @@
 """How a laptop's reward model learns most from few answers: `python -m benchmarks.laptop.reward DATA RUN …`.
 
-Each run's answers are learned again in the order they were given, session by session, with other settings. After
-each fit the reward model is asked about the segments of the session to come, which nobody has shown to it: the rank
-correlation of r̂ with the true reward over their steps, and the accuracy on their pairs.
+Each run's queries are answered again by a perfectly rational teacher and learned in their order, session by session,
+with other settings. After each fit the reward model is asked about the session to come: the rank correlation of r̂ with
+the true reward over its steps, and the accuracy on its pairs. Sessions that decide nothing are not asked about. Take
+runs that chose their queries uniformly: others chose what their own reward model was unsure of.
 """
 
 from __future__ import annotations
@@ -95,6 +96,8 @@ def learned(config: LearnedReward, sessions: list[Asked], seed: int) -> dict[str
     correlations, accuracies, began = [], [], time.process_time()
     for known, coming in enumerate(sessions[1:], start=1):
         model.fit(_joined([session.preferences for session in sessions[:known]]))
+        if bool((coming.preferences.label == 0.5).all()):
+            continue
         correlations.append(float(spearmanr(model(coming.inputs), coming.rewards).statistic))
         accuracies.append(model.accuracy(coming.preferences))
     seconds = time.process_time() - began
