@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -17,7 +16,6 @@ import pytest
 import yaml
 from PIL import Image
 
-from cli.experiment import plot
 from labels_db.data_folder import DataFolder
 from labels_db.errors import ConflictError
 from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
@@ -29,10 +27,6 @@ from trainer.experiments.drawing import Drawing
 from trainer.experiments.figures import curves
 from trainer.experiments.file import ExperimentError, read_experiment
 from trainer.experiments.results import Results, write_results
-
-EXPERIMENTS = Path(__file__).parents[2] / "benchmarks" / "experiments"
-RESULTS = EXPERIMENTS.parent / "results"
-DOCS = Path(__file__).parents[2] / "docs"
 
 SMALL = {
     "environment.action_repeat": 8,  # 125 steps an episode
@@ -169,22 +163,6 @@ def test_versions_are_kept_with_the_moment_since_which_they_had_a_part(
     assert kept[0]["since"] <= kept[1]["since"]
 
 
-COMMITTED = [
-    path for path in RESULTS.glob("*/results.parquet") if (EXPERIMENTS / f"{path.parent.name}.yaml").exists()
-]
-
-
-@pytest.mark.parametrize("results", COMMITTED, ids=lambda path: path.parent.name)
-def test_committed_tables_are_those_of_the_committed_results(results: Path, tmp_path: Path) -> None:
-    """Drawn anew by today's code, without the runs that they came from."""
-    file, kept = EXPERIMENTS / f"{results.parent.name}.yaml", results.parent
-    plot(file, DataFolder(tmp_path / "data"), tmp_path, kept)
-    tables = sorted(path.name for path in tmp_path.glob("*.md"))
-    assert tables
-    for name in tables:
-        assert (tmp_path / name).read_text(encoding="utf-8") == (kept / name).read_text(encoding="utf-8")
-
-
 def test_every_kind_of_figure_is_drawn(lived: tuple[Path, DataFolder], tmp_path: Path) -> None:
     file, data = lived
     folder = data.path / "experiments" / "tiny"
@@ -290,14 +268,6 @@ def test_answers_and_steps_are_those_of_finished_runs() -> None:
     assert Results(rows).steps("cartpole-swingup", "sac") == 400
 
 
-def test_no_two_methods_look_alike(tmp_path: Path) -> None:
-    for file in EXPERIMENTS.glob("*.yaml"):
-        experiment = read_experiment(file)
-        drawing = Drawing(experiment, Results([]), DataFolder(tmp_path), tmp_path)
-        styles = [tuple(drawing.style(one.name).values()) for one in experiment.compared]
-        assert len(set(styles)) == len(styles), file.name
-
-
 def drawn(figure: Curves, rows: list[dict[str, Any]], folder: Path) -> Any:
     """The panels of a figure of curves."""
     mpl.use("Agg")
@@ -372,42 +342,8 @@ def test_seeds_of_an_experiment_are_those_of_its_runs() -> None:
     assert [one.config.seed for one in planned] == [1, 1, 2, 2]
 
 
-@pytest.mark.parametrize("file", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda file: file.stem)
-def test_ready_files_say_valid_experiments(file: Path) -> None:
-    experiment = read_experiment(file)
-    assert experiment.name == file.stem
-    assert experiment.figures
-
-
-@pytest.mark.parametrize("file", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda file: file.stem)
-def test_no_ready_file_lives_one_configuration_twice(file: Path) -> None:
-    configs = [one.config.model_dump_json() for one in read_experiment(file).planned()]
-    assert len(set(configs)) == len(configs)
-
-
 def test_any_environment_is_a_task_by_its_name() -> None:
     says = {**SAYS, "tasks": ["gym:Hopper-v5", "metaworld:push"], "figures": []}
     planned = list(Experiment.model_validate(says).planned())
     assert {one.config.environment.name for one in planned} == set(says["tasks"])
     assert planned[0].run_id.startswith("tiny-gym-Hopper-v5-")
-
-
-def test_the_claims_compare_at_equal_answers_and_ten_times_the_steps() -> None:
-    configs = {
-        (one.task, one.compared.name): one.config
-        for one in read_experiment(EXPERIMENTS / "claims-laptop.yaml").planned()
-    }
-    for task in ("cartpole-swingup", "walker-walk"):
-        pebble, rival, bound = (configs[task, name] for name in ("pebble", "preference-ppo", "ppo"))
-        assert pebble.budget == configs[task, "no-relabel"].budget == rival.budget
-        assert configs[task, "pebble-few"].budget == configs[task, "no-pretraining-few"].budget
-        assert rival.total_steps == bound.total_steps == 10 * pebble.total_steps
-        assert pebble.total_steps == configs[task, "sac"].total_steps
-
-
-def test_the_documented_experiment_is_one(tmp_path: Path) -> None:
-    (block,) = re.findall(
-        r"```yaml\n(.*?)```", (DOCS / "experiments.md").read_text(encoding="utf-8"), re.DOTALL
-    )
-    (tmp_path / "documented.yaml").write_text(block, encoding="utf-8")
-    assert read_experiment(tmp_path / "documented.yaml").figures
