@@ -27,13 +27,14 @@ class OfFile(Config):
 
 
 class OfMethods(OfFile):
-    """A figure about some methods, or all."""
+    """A figure about some methods and tasks, or all."""
 
     methods: list[str] | None = None
+    tasks: list[str] | None = None
 
     def about(self) -> set[str]:
         """The tasks that it names."""
-        return set()
+        return set(self.tasks or ())
 
     def shows(self) -> set[str]:
         """The methods that it names."""
@@ -45,14 +46,10 @@ class Curves(OfMethods):
 
     kind: Literal["curves"] = "curves"
     measure: str = "return"
-    tasks: list[str] | None = None
     asymptotes: list[str] = Field(default_factory=list)
     """Methods of which only the last value is drawn, as a dotted line."""
     statistic: Literal["mean", "iqm"] = "mean"
     """Mean and standard deviation, or interquartile mean and its 95 % bootstrap interval."""
-
-    def about(self) -> set[str]:
-        return set(self.tasks or ())
 
     def shows(self) -> set[str]:
         return super().shows() | set(self.asymptotes)
@@ -75,7 +72,7 @@ class Ends(OfMethods):
     """What others have published for a task, to be shown as a share."""
 
     def about(self) -> set[str]:
-        return set(self.published)
+        return super().about() | set(self.published)
 
 
 class Differences(OfFile):
@@ -98,10 +95,12 @@ class Differences(OfFile):
 
 
 class Strips(OfMethods):
-    """Frames of what was learned, by each method's best run."""
+    """Frames of what was learned, by each method's best run in its best episode."""
 
     of_runs = True
     kind: Literal["strips"] = "strips"
+    measure: str = "return"
+    """What says which is best."""
     frames: int = Field(8, ge=2, le=24)
 
 

@@ -1,9 +1,9 @@
-"""How a laptop's reward model learns most from few answers: `python -m benchmarks.laptop.reward DATA RUN …`.
+"""How a laptop's reward model learns most from few answers: `python -m benchmarks.laptop.reward DATA …`.
 
-Each run's queries are answered again by a perfectly rational teacher and learned in their order, session by session,
-with other settings. After each fit the reward model is asked about the session to come: the rank correlation of r̂ with
-the true reward over its steps, and the accuracy on its pairs. Sessions that decide nothing are not asked about. Take
-runs that chose their queries uniformly: others chose what their own reward model was unsure of.
+The queries of every run in those data folders are answered again by a perfectly rational teacher and learned in their
+order, session by session, with other settings. After each fit the reward model is asked about the session to come: the
+rank correlation of r̂ with the true reward over its steps, and the accuracy on its pairs. Sessions that decide nothing
+are not asked about. Take runs that chose their queries uniformly: others chose what their own model was unsure of.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import torch
 from scipy.stats import spearmanr
+from sqlalchemy import select
 from torch import Tensor
 
 from labels_db.data_folder import DataFolder
@@ -26,6 +27,7 @@ from labels_db.feedback_sessions import session_queries
 from labels_db.history import sessions_of
 from labels_db.models import Query, Run, Segment
 from labels_db.run_config import LearnedReward
+from labels_db.runs import config_of, get_run
 from labels_db.storage import ArtifactStore
 from trainer.experiments.provenance import versions
 from trainer.randomness import Randomness
@@ -62,14 +64,14 @@ class Asked:
 
 
 def asked_in(data: DataFolder, run_id: str) -> tuple[str, list[Asked]]:
-    """The run's preset and its sessions, in order."""
+    """The run's environment and its sessions, in order."""
     database, store = data.open_database(), data.open_store()
     with database.read() as session:
-        preset = session.get_one(Run, run_id).preset
+        environment = config_of(get_run(session, run_id)).environment.name
         numbers = [record.session.id for record in sessions_of(session, run_id)]
         sessions = [_asked(store, session_queries(session, number)) for number in numbers]
     database.close()
-    return preset or run_id, sessions
+    return environment, sessions
 
 
 def _asked(store: ArtifactStore, queries: Sequence[Query]) -> Asked:
@@ -110,14 +112,22 @@ def _joined(parts: list[Preferences]) -> Preferences:
     )
 
 
+def runs_in(data: DataFolder) -> list[str]:
+    database = data.open_database()
+    with database.read() as session:
+        found = list(session.scalars(select(Run.id).order_by(Run.id)))
+    database.close()
+    return found
+
+
 def compared(data: DataFolder, run_id: str) -> Iterator[dict[str, Any]]:
     """A row for each setting and seed."""
-    preset, sessions = asked_in(data, run_id)
+    task, sessions = asked_in(data, run_id)
     for name, settings in SETTINGS.items():
         reward = LAPTOP.model_copy(update=settings)
         for seed in SEEDS:
             row = learned(reward, sessions, seed)
-            yield {"task": preset, "run": run_id, "setting": name, "seed": seed, **row}
+            yield {"task": task, "run": run_id, "setting": name, "seed": seed, **row}
 
 
 def table(rows: list[dict[str, Any]]) -> str:
@@ -141,11 +151,11 @@ def _cells(rows: list[dict[str, Any]]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("data", type=Path)
-    parser.add_argument("runs", nargs="+")
+    parser.add_argument("data", nargs="+", type=Path)
     chosen = parser.parse_args()
     torch.set_num_threads(1)
-    rows = [row for run in chosen.runs for row in compared(DataFolder(chosen.data), run)]
+    folders = [DataFolder(path) for path in chosen.data]
+    rows = [row for data in folders for run in runs_in(data) for row in compared(data, run)]
     written = json.dumps({"versions": versions(), "rows": rows}, indent=1)
     (RESULTS / "reward-settings.json").write_text(written + "\n", encoding="utf-8")
     print(table(rows))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from labels_db.presets.locomotion import PAPER_PPO, WALKER_PPO, laptop
 from labels_db.presets.preset import Preset
 from labels_db.run_config import (
     SAC,
@@ -21,18 +22,20 @@ from labels_db.run_config import (
 # fits of 50 or 200 answers one or two gradient steps an epoch. And 100 episodes are the whole run, most of them
 # from policies long overcome; the latest 20 are a fifth of it, as 100 are in the paper.
 
+ON_POLICY = {"paper": {**PAPER_PPO, **WALKER_PPO}}
+
 
 def behaviours() -> Iterator[Preset]:
     yield _windmill("cartpole-windmill-clockwise")
     yield _windmill("cartpole-windmill-counter-clockwise")
-    yield _novel("quadruped-wave-left-front", action_repeat=4, budget=200, total_steps=250_000)
-    yield _novel("quadruped-wave-right-front", action_repeat=4, budget=200, total_steps=250_000)
-    yield _novel("hopper-backflip", action_repeat=2, budget=50, total_steps=200_000)
-    yield _novel("walker-walk-both-legs", action_repeat=2, budget=200, total_steps=250_000)
+    yield _novel("quadruped-wave-left-front", budget=200, rate=1e-4, total_steps=1_000_000)
+    yield _novel("quadruped-wave-right-front", budget=200, rate=1e-4, total_steps=1_000_000)
+    yield _novel("hopper-backflip", action_repeat=2, budget=50, rate=1e-4, total_steps=1_000_000)
+    yield _novel("walker-walk-both-legs", budget=200, rate=5e-4, total_steps=500_000)
 
 
 def _windmill(behaviour: str) -> Preset:
-    laptop = RunConfig(
+    small = RunConfig(
         environment=Behaviour(behaviour=behaviour, action_repeat=4),
         agent=SAC(width=128, batch_size=128, learning_rate=1e-3, temperature_learning_rate=1e-3),
         reward=LearnedReward(width=128, batch_size=32),
@@ -50,29 +53,42 @@ def _windmill(behaviour: str) -> Preset:
         evaluation=Evaluation(every=2500, episodes=1),
         total_steps=20_000,
     )
-    return Preset(behaviour, {"laptop": laptop})
+    as_published = published(behaviour, budget=50, rate=1e-4, total_steps=500_000)
+    return Preset(behaviour, {"laptop": small, "paper": as_published}, ON_POLICY)
 
 
-def _novel(behaviour: str, *, action_repeat: int, budget: int, total_steps: int) -> Preset:
-    laptop = novel(behaviour, action_repeat=action_repeat, budget=budget, total_steps=total_steps)
-    return Preset(behaviour, {"laptop": laptop})
+def _novel(behaviour: str, *, budget: int, rate: float, total_steps: int, action_repeat: int = 4) -> Preset:
+    profiles = {
+        "laptop": novel(behaviour, action_repeat=action_repeat, budget=budget),
+        "paper": published(behaviour, budget=budget, rate=rate, total_steps=total_steps),
+    }
+    return Preset(behaviour, profiles, ON_POLICY)
 
 
-def novel(behaviour: str, *, action_repeat: int, budget: int, total_steps: int) -> RunConfig:
-    """A person teaches what takes more than a cart pole."""
+def novel(
+    behaviour: str, *, action_repeat: int = 4, budget: int = 200, total_steps: int = 100_000
+) -> RunConfig:
+    """A person teaches what takes more than a cart pole, to the networks that locomotion has."""
+    # The last answers come with half of the steps still to go, for the policy to catch up with them.
+    feedback = Sessions(
+        teacher=Human(),
+        budget=budget,
+        queries_per_session=10,
+        steps_between=total_steps // 2 * 10 // budget,
+        pace="stream",
+        pool_episodes=20,
+    )
+    evaluation = Evaluation(every=10_000, episodes=1)
+    known = laptop(Behaviour(behaviour=behaviour, action_repeat=action_repeat), total_steps)
+    return known.model_copy(update={"feedback": feedback, "evaluation": evaluation})
+
+
+def published(behaviour: str, *, budget: int, rate: float, total_steps: int) -> RunConfig:
+    """The paper's networks and its answers. It gives neither rates nor steps for these: they are its tasks'."""
     return RunConfig(
-        environment=Behaviour(behaviour=behaviour, action_repeat=action_repeat),
-        agent=SAC(width=256, batch_size=256, learning_rate=1e-3, temperature_learning_rate=1e-3),
-        reward=LearnedReward(batch_size=32),
-        # The last answers come with half of the steps still to go, for the policy to catch up with them.
-        feedback=Sessions(
-            teacher=Human(),
-            budget=budget,
-            queries_per_session=10,
-            steps_between=total_steps // 2 * 10 // budget,
-            pace="stream",
-            pool_episodes=20,
-        ),
-        evaluation=Evaluation(every=10_000, episodes=1),
+        environment=Behaviour(behaviour=behaviour),
+        agent=SAC(width=1024, depth=2, batch_size=1024, learning_rate=rate),
+        feedback=Sessions(teacher=Human(), budget=budget, queries_per_session=10, steps_between=20_000),
+        evaluation=Evaluation(every=10_000, episodes=10),
         total_steps=total_steps,
     )

@@ -33,9 +33,7 @@ def _installed(name: str) -> Preset:
 
 
 def _behaviour(name: str) -> Preset:
-    return Preset(
-        f"behaviour:{name}", {"laptop": novel(name, action_repeat=2, budget=200, total_steps=250_000)}
-    )
+    return Preset(f"behaviour:{name}", {"laptop": novel(name)})
 
 
 def _meta_world(task: str) -> Preset:

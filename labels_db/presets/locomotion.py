@@ -18,6 +18,24 @@ from labels_db.run_config import (
     StateEntropy,
 )
 
+PAPER_PPO: Settings = {
+    "agent.width": "1024",
+    "agent.depth": "3",
+    "agent.epochs": "20",
+    "agent.state_dependent_noise": "true",
+    "agent.clip_range": "0.2",
+    "evaluation.every": "10000",
+    "total_steps": "4000000",
+}
+"""What all its tasks have in common."""
+
+WALKER_PPO: Settings = {
+    "agent.learning_rate": "5e-5",
+    "agent.rollout_steps": "100",
+    "agent.batch_size": "128",
+    "environments": "32",
+}
+
 
 @dataclass(frozen=True)
 class _Task:
@@ -42,12 +60,7 @@ TASKS = (
         total_steps=500_000,
         laptop_steps=80_000,
         few=FewLabels(100, 10, 20_000, 500_000),
-        ppo={
-            "agent.learning_rate": "5e-5",
-            "agent.rollout_steps": "100",
-            "agent.batch_size": "128",
-            "environments": "32",
-        },
+        ppo=WALKER_PPO,
         ppo_queries=70,
     ),
     _Task(
@@ -134,14 +147,8 @@ def laptop(environment: EnvironmentConfig, total_steps: int) -> RunConfig:
 
 def _on_policy(task: _Task) -> Mapping[str, Settings]:
     paper: Settings = {
+        **PAPER_PPO,
         **task.ppo,
-        "agent.width": "1024",
-        "agent.depth": "3",
-        "agent.epochs": "20",
-        "agent.state_dependent_noise": "true",
-        "agent.clip_range": "0.2",
-        "evaluation.every": "10000",
-        "total_steps": "4000000",
         "feedback.budget": "2100",
         "feedback.queries_per_session": str(task.ppo_queries),
     }

@@ -6,9 +6,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
-from labels_db.figures import Differences, Ends
+from labels_db.figures import Differences, Ends, Strips
+from trainer.experiments import figures
 from trainer.experiments.drawing import Drawing
 from trainer.experiments.results import Results
 from trainer.experiments.tables import differences, ends
@@ -54,6 +57,29 @@ def test_ends_are_each_method_s_with_steps_answers_and_share(tmp_path: Path) -> 
     assert 0 <= low < 50 < high <= 100
     assert sac[7] == "25.0% of 200"
     assert pebble[3:] == ["8", "30.0", "30.0", "30.0 … 30.0", "15.0% of 200"]
+
+
+def test_a_figure_keeps_to_its_tasks(tmp_path: Path) -> None:
+    rows = finished("sac", [1]) + [{**finished("sac", [2])[0], "task": "reacher-easy"}]
+    says = Experiment.model_validate({**SAYS, "tasks": ["cartpole-swingup", "reacher-easy"]})
+    both = Drawing(says, Results(rows), DataFolder(tmp_path), tmp_path)
+    _, row = cells(ends(Ends(file="ends", tasks=["reacher-easy"]), both))
+    assert row[0] == "reacher-easy"
+
+
+def test_the_best_run_is_so_by_the_figure_s_measure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[tuple[str, str]] = []
+    monkeypatch.setattr(figures, "strips", lambda rows, *_: shown.extend(rows))
+    rows = finished("sac", [9, 3]) + finished("pebble", [5, 6])
+    for row in rows:
+        row["turns"] = -row["return"] if row["method"] == "sac" else None
+    for measure in ("return", "turns"):
+        figures.frame_strips(Strips(file="strips", measure=measure), drawing(rows, tmp_path))
+    assert [run for _, run in shown] == [
+        "two-cartpole-swingup-sac-1",
+        "two-cartpole-swingup-pebble-2",
+        "two-cartpole-swingup-sac-2",
+    ]
 
 
 def test_without_published_figures_there_is_no_share(tmp_path: Path) -> None:

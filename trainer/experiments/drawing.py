@@ -32,6 +32,9 @@ class Drawing:
     def methods(self, wanted: list[str] | None) -> list[str]:
         return wanted or [one.name for one in self.experiment.compared]
 
+    def tasks(self, wanted: list[str] | None) -> list[str]:
+        return wanted or self.experiment.tasks
+
     def style(self, method: str) -> Style:
         """The same in every figure of the experiment, and no other method's."""
         place = [one.name for one in self.experiment.compared].index(method)

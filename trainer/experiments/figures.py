@@ -38,7 +38,7 @@ def draw_all(
 
 def curves(figure: Curves, drawing: Drawing) -> Path:
     """A panel for each task."""
-    tasks = figure.tasks or drawing.experiment.tasks
+    tasks = drawing.tasks(figure.tasks)
     panels = _panels(len(tasks))
     methods = list(dict.fromkeys([*drawing.methods(figure.methods), *figure.asymptotes]))
     for axes, task in zip(panels, tasks, strict=True):
@@ -98,7 +98,7 @@ SPREADS = {"mean": _mean_and_deviation, "iqm": _iqm_and_interval}
 def budgets(figure: Budgets, drawing: Drawing) -> Path:
     """The last values of every method at its number of labels."""
     (axes,) = _panels(1)
-    for colour, task in zip(itertools.cycle(COLOURS), drawing.experiment.tasks, strict=False):
+    for colour, task in zip(itertools.cycle(COLOURS), drawing.tasks(figure.tasks), strict=False):
         points = []
         for method in drawing.methods(figure.methods):
             last = list(drawing.results.last(task, method, figure.measure).values())
@@ -115,25 +115,26 @@ def budgets(figure: Budgets, drawing: Drawing) -> Path:
 
 
 def frame_strips(figure: Strips, drawing: Drawing) -> Path:
-    """A row for each task and method: its best run, from the last video."""
+    """A row for each task and method: its best run, as its last policy does it."""
     rows = []
-    for task in drawing.experiment.tasks:
+    for task in drawing.tasks(figure.tasks):
         for method in drawing.methods(figure.methods):
-            last = drawing.results.last(task, method, "return")
+            last = drawing.results.last(task, method, figure.measure)
             if last:
                 best = max(last, key=lambda seed: last[seed])
                 title = f"{preset_named(task).title} · {method}"
                 rows.append((title, f"{drawing.experiment.name}-{task}-{method}-{best}"))
-    return strips(rows, drawing.data, figure.frames, drawing.path(figure))
+    return strips(rows, drawing.data, figure, drawing.path(figure))
 
 
 def queries(figure: Queries, drawing: Drawing) -> Path:
     """What the first seed of each method was asked in some of its sessions."""
-    experiment, methods = drawing.experiment, drawing.methods(figure.methods)
+    experiment = drawing.experiment
+    tasks, methods = drawing.tasks(figure.tasks), drawing.methods(figure.methods)
     runs = [
         (f"{one.task} · {one.compared.name}", one.run_id)
         for one in experiment.planned()
-        if one.seed == experiment.seeds[0] and one.compared.name in methods
+        if one.seed == experiment.seeds[0] and one.task in tasks and one.compared.name in methods
     ]
     return query_sheet(runs, drawing.data, figure.sessions, figure.queries, drawing.path(figure))
 
@@ -156,7 +157,7 @@ def _panels(count: int) -> list[Any]:
     across = min(count, PANELS_ACROSS)
     down = -(-count // across)
     figure, grid = pyplot.subplots(
-        down, across, figsize=(4.6 * across, 3.6 * down), squeeze=False, layout="constrained"
+        down, across, figsize=(4.6 * across, 3.6 * down), squeeze=False, sharey=True, layout="constrained"
     )
     panels = list(grid.flat)
     for unused in panels[count:]:

@@ -12,6 +12,7 @@ from PIL import Image
 from sqlalchemy import select
 
 from labels_db.data_folder import DataFolder
+from labels_db.figures import Strips
 from labels_db.models import FeedbackSession, Query, Segment
 from labels_db.run_config import Clips, RunConfig
 from labels_db.runs import config_of, get_run
@@ -29,22 +30,26 @@ CLIPS = Clips(width=240, height=180)
 Picture = NDArray[np.uint8]
 
 
-def strips(rows: list[tuple[str, str]], data: DataFolder, frames: int, path: Path) -> Path:
+def strips(rows: list[tuple[str, str]], data: DataFolder, figure: Strips, path: Path) -> Path:
     """(title, run) → a row of frames each: the middle seconds of the best of five episodes."""
-    drawn = [(title, _strip(run_id, data, frames)) for title, run_id in rows]
+    drawn = [(title, _strip(run_id, data, figure)) for title, run_id in rows]
     return _stacked(drawn, path)
 
 
-def _strip(run_id: str, data: DataFolder, frames: int) -> Picture:
+def _strip(run_id: str, data: DataFolder, figure: Strips) -> Picture:
     database = data.open_database()
     policy = load_policy(database, data.open_store(), run_id)
     database.close()
     config = policy.config
     environment = make_environment(config.environment)
     lived = evaluate(policy, environment, seed=config.seed, episodes=5)
-    best = max(lived, key=lambda episode: episode.true_return)
+    best = max(lived, key=lambda episode: _came_to(episode, figure.measure))
     middle = _middle(best, round(SECONDS / environment.control_step))
-    return _frames(_drawn(config, [middle])[0], frames)
+    return _frames(_drawn(config, [middle])[0], figure.frames)
+
+
+def _came_to(episode: EvaluatedEpisode, measure: str) -> float:
+    return {**episode.measures, "return": episode.true_return}[measure]
 
 
 def _middle(episode: EvaluatedEpisode, steps: int) -> tuple[int, Any]:

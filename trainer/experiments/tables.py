@@ -16,7 +16,7 @@ from trainer.experiments.statistics import bootstrap_interval, interquartile_mea
 def ends(figure: Ends, drawing: Drawing) -> Path:
     """Task by method: the finished seeds' last values and their interquartile mean."""
     results, rows = drawing.results, []
-    for task in drawing.experiment.tasks:
+    for task in drawing.tasks(figure.tasks):
         for method in drawing.methods(figure.methods):
             last = results.last(task, method, figure.measure)
             if last:
