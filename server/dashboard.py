@@ -18,7 +18,7 @@ from server.api_requests import GoalText, Title
 from server.experiment_view import experiment_view
 from server.forms import Typed
 from server.new_run import chosen_config, chosen_preset, queue_run
-from server.run_form import chosen_values, complaints, fill_form, settings_in
+from server.run_form import chosen_values, complaints, fill_form, settings_in, wording
 from server.run_view import RunView, view
 from server.services import Services, ServicesDep
 from server.templating import render
@@ -94,8 +94,9 @@ def create(request: Request, services: ServicesDep, typed: Typed) -> Response:
         errors |= complaints(error)
     if errors:
         return _form(request, services, preset, profile, given, errors)
+    title, goal = wording(config, typed)
     with services.database.write() as session:
-        run = queue_run(session, preset, config, title=typed["title"].strip(), goal=typed["goal"].strip())
+        run = queue_run(session, preset, config, title=title.strip(), goal=goal.strip())
     return RedirectResponse(f"/runs/{run.id}", status_code=303)
 
 

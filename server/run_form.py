@@ -172,15 +172,26 @@ def fill_form(
     """The form for what was typed so far: other kinds bring other fields."""
     shape = with_kinds(preset.config(profile), given)
     config = _wanted(preset, profile, settings_in(shape, given))
+    title, goal = wording(config or preset.config(profile), given)
     return RunForm(
         preset=preset,
         profile=profile,
-        title=given.get("title", preset.title),
-        goal=given.get("goal", preset.goal),
+        title=title,
+        goal=goal,
         fields=[_field(setting, given, errors) for setting in fields_of(shape)],
         errors=errors,
         room=_room(config, folder) if config else "",
         caveats=config.caveats if config else [],
+    )
+
+
+def wording(config: RunConfig, given: Mapping[str, str]) -> tuple[str, str]:
+    """Title and goal as they were typed; words that another environment had brought give way to the chosen one's."""
+    known, brought = config.catalogue_entry, catalogue().values()
+    title, goal = given.get("title", known.title), given.get("goal", known.goal)
+    return (
+        known.title if title in {other.title for other in brought} else title,
+        known.goal if goal in {other.goal for other in brought} else goal,
     )
 
 

@@ -60,7 +60,7 @@ def test_ends_are_each_method_s_with_steps_answers_and_share(tmp_path: Path) -> 
 
 
 def test_a_figure_keeps_to_its_tasks(tmp_path: Path) -> None:
-    rows = finished("sac", [1]) + [{**finished("sac", [2])[0], "task": "reacher-easy"}]
+    rows = [*finished("sac", [1]), {**finished("sac", [2])[0], "task": "reacher-easy"}]
     says = Experiment.model_validate({**SAYS, "tasks": ["cartpole-swingup", "reacher-easy"]})
     both = Drawing(says, Results(rows), DataFolder(tmp_path), tmp_path)
     _, row = cells(ends(Ends(file="ends", tasks=["reacher-easy"]), both))

@@ -9,6 +9,7 @@ from urllib.parse import urlencode
 
 import pytest
 
+from labels_db.catalogue import entry
 from labels_db.config_fields import fields_of
 from labels_db.overrides import with_kinds
 from labels_db.presets import presets
@@ -216,3 +217,31 @@ def test_an_environment_that_gives_its_task_away_is_warned_of(site: Site) -> Non
     sent = {**wanted, "title": "Hop", "goal": "Hop."}
     made = site.client.post("/new", data=sent, headers=SAME, follow_redirects=True)
     assert warning in made.text  # on the run's own page
+
+
+def test_another_environment_brings_its_own_words(site: Site) -> None:
+    """People were asked for what the preset's own robot does."""
+    stand = {"preset": "walker-walk", "environment.task": "walker-stand"}
+    walking = form_of(site, urlencode({"preset": "walker-walk"}))
+    standing = form_of(site, urlencode({**walking, **stand}))
+    known = entry("dmc:walker-stand")
+    assert (standing["title"], standing["goal"]) == (known.title, known.goal)
+    assert walking["goal"] != known.goal
+    for form in ({**walking, **stand}, standing):
+        assert words_made(site, form) == (known.title, known.goal)
+    typed = {
+        **standing,
+        "title": "My own",
+        "goal": "Prefer the taller one.",
+        "environment.task": "walker-run",
+    }
+    assert words_made(site, typed) == ("My own", "Prefer the taller one.")
+
+
+def words_made(site: Site, form: dict[str, str]) -> tuple[str, str]:
+    """Title and first goal of the run that the form makes."""
+    answer = site.client.post("/new", data=form, headers=SAME)
+    assert answer.status_code == 303
+    with site.database.read() as session:
+        run = get_run(session, answer.headers["location"].removeprefix("/runs/"))
+        return run.title, run.goal_cards[0].text

@@ -10,9 +10,12 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import torch
+
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
 from trainer.experiments.results import results_folder, written_whole
+from trainer.precision import fast_in_bfloat16
 
 PACKAGES = (
     "pebble-teach",
@@ -57,8 +60,13 @@ def _with_todays(path: Path) -> list[dict[str, str]]:
 
 
 def versions() -> dict[str, str]:
-    """Of Python, this program and the libraries that results depend on; in a checkout, of the code itself."""
-    found = {"python": platform.python_version(), "machine": platform.machine()}
+    """Of Python, this program and the libraries that results depend on; in a checkout, of the code itself.
+
+    And whether `precision: auto` means bfloat16 on this processor.
+    """
+    fast = fast_in_bfloat16(torch.device("cpu"))
+    machine = platform.machine()
+    found = {"python": platform.python_version(), "machine": machine, "bfloat16": "fast" if fast else "slow"}
     for package in PACKAGES:
         try:
             found[package] = version(package)
