@@ -13,11 +13,17 @@ WORTH_ROUNDING = 256 * 256
 """Rows × width from which bfloat16 products win; smaller ones cost more around than within."""
 
 
-def product_precision(config: RunConfig, device: torch.device, *, rows: int, width: int) -> torch.dtype:
-    """bfloat16 where the run allows it, the device is fast at it and the products are large; else float32."""
-    if config.precision == "auto" and rows * width >= WORTH_ROUNDING and fast_in_bfloat16(device):
-        return torch.bfloat16
-    return torch.float32
+def product_precision(
+    config: RunConfig, device: torch.device, *, rows: int, width: int, depth: int
+) -> torch.dtype:
+    """bfloat16 where the run allows it, the device is fast at it and the products are large; else float32.
+
+    The large products are those between hidden layers: a network with one has none.
+    """
+    large = depth > 1 and rows * width >= WORTH_ROUNDING
+    return (
+        torch.bfloat16 if config.precision == "auto" and large and fast_in_bfloat16(device) else torch.float32
+    )
 
 
 def fast_in_bfloat16(device: torch.device) -> bool:

@@ -69,7 +69,7 @@ def _learned(config: RunConfig, randomness: Randomness, device: torch.device) ->
     assert isinstance(config.reward, LearnedReward)
     known = config.catalogue_entry
     reward, rows = config.reward, config.reward.batch_size * 2 * config.segment_steps
-    precision = product_precision(config, device, rows=rows, width=reward.width)
+    precision = product_precision(config, device, rows=rows, width=reward.width, depth=reward.depth)
     model = RewardModel(reward, known.observation_size, known.action_size, randomness, device, precision)
     return ModelReward(model)
 

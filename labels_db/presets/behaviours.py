@@ -52,6 +52,7 @@ def _windmill(behaviour: str) -> Preset:
         ),
         evaluation=Evaluation(every=2500, episodes=1),
         total_steps=20_000,
+        precision="auto",
     )
     as_published = published(behaviour, budget=50, rate=1e-4, total_steps=500_000)
     return Preset(behaviour, {"laptop": small, "paper": as_published}, ON_POLICY)

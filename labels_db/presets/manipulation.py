@@ -85,6 +85,7 @@ def _laptop(task: _Task) -> RunConfig:
         ),
         evaluation=Evaluation(every=10_000, episodes=10),
         total_steps=150_000,
+        precision="auto",
     )
 
 

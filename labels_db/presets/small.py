@@ -34,5 +34,6 @@ def _small(task: str, *, action_repeat: int, total_steps: int) -> Preset:
         ),
         evaluation=Evaluation(every=2500, episodes=5),
         total_steps=total_steps,
+        precision="auto",
     )
     return Preset(task, {"laptop": laptop})

@@ -284,17 +284,18 @@ def test_the_gradient_of_a_fit_is_that_of_the_loss(
 
 
 @pytest.mark.parametrize(
-    ("wanted", "fast", "width", "expected"),
+    ("wanted", "fast", "width", "depth", "expected"),
     [
-        ("float32", True, 1024, torch.float32),
-        ("auto", True, 1024, torch.bfloat16),
-        ("auto", False, 1024, torch.float32),
-        ("auto", True, 64, torch.float32),
+        ("float32", True, 1024, 2, torch.float32),
+        ("auto", True, 1024, 2, torch.bfloat16),
+        ("auto", False, 1024, 2, torch.float32),
+        ("auto", True, 64, 2, torch.float32),
+        ("auto", True, 1024, 1, torch.float32),  # nothing but a thin product before and after it
     ],
 )
 def test_rounding_is_chosen_where_it_pays(
-    monkeypatch: pytest.MonkeyPatch, wanted: str, fast: bool, width: int, expected: torch.dtype
+    monkeypatch: pytest.MonkeyPatch, wanted: str, fast: bool, width: int, depth: int, expected: torch.dtype
 ) -> None:
     monkeypatch.setattr(precision, "fast_in_bfloat16", lambda _: fast)
     config = RunConfig.model_validate({"precision": wanted})
-    assert precision.product_precision(config, CPU, rows=256, width=width) == expected
+    assert precision.product_precision(config, CPU, rows=256, width=width, depth=depth) == expected

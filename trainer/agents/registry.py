@@ -28,10 +28,11 @@ def policy_layers(config: RunConfig, state: dict[str, Any]) -> list[PolicyLayer]
 
 def _sac(config: RunConfig, randomness: Randomness, device: torch.device) -> Agent:
     assert isinstance(config.agent, SAC)
-    known, capacity = config.catalogue_entry, config.agent.transitions_kept(config)
-    precision = product_precision(config, device, rows=config.agent.batch_size, width=config.agent.width)
+    agent, rows = config.agent, config.agent.batch_size
+    known, capacity = config.catalogue_entry, agent.transitions_kept(config)
+    precision = product_precision(config, device, rows=rows, width=agent.width, depth=agent.depth)
     sizes = (known.observation_size, known.action_size)
-    return sac.SACAgent(config.agent, *sizes, capacity, randomness, device, precision)
+    return sac.SACAgent(agent, *sizes, capacity, randomness, device, precision)
 
 
 def _ppo(config: RunConfig, randomness: Randomness, device: torch.device) -> Agent:
