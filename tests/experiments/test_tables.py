@@ -82,6 +82,15 @@ def test_the_best_run_is_so_by_the_figure_s_measure(tmp_path: Path, monkeypatch:
     ]
 
 
+def test_pairs_that_never_meet_on_a_task_are_left_out(tmp_path: Path) -> None:
+    swings = {"method": "pebble", "name": "pebble", "tasks": ["cartpole-swingup"]}
+    tasks = ["cartpole-swingup", "reacher-easy"]
+    says = Experiment.model_validate({**SAYS, "tasks": tasks, "methods": ["sac", swings]})
+    figure = Differences(file="claims", pairs=[("pebble", "sac")])
+    _, *rows = cells(differences(figure, Drawing(says, Results([]), DataFolder(tmp_path), tmp_path)))
+    assert [row[0] for row in rows] == ["cartpole-swingup"]
+
+
 def test_without_published_figures_there_is_no_share(tmp_path: Path) -> None:
     head, row = cells(ends(Ends(file="ends"), drawing(finished("sac", [1, 2]), tmp_path)))
     assert (len(head), len(row), head[-1]) == (7, 7, "95 % interval")

@@ -35,6 +35,10 @@ class Drawing:
     def tasks(self, wanted: list[str] | None) -> list[str]:
         return wanted or self.experiment.tasks
 
+    def compared_on(self, task: str) -> set[str]:
+        """Methods that do not keep to other tasks."""
+        return {one.name for one in self.experiment.compared if task in (one.tasks or self.experiment.tasks)}
+
     def style(self, method: str) -> Style:
         """The same in every figure of the experiment, and no other method's."""
         place = [one.name for one in self.experiment.compared].index(method)

@@ -42,7 +42,7 @@ def _share(last: Mapping[int, float], published: float | None) -> str:
 
 
 def differences(figure: Differences, drawing: Drawing) -> Path:
-    """Task by pair, with interval and verdict."""
+    """Task by pair that meets there, with interval and verdict."""
     head = ["task", "pair", "steps", "answers", "seeds", "difference", "95 % interval", "verdict", "share"]
     rows = [
         [
@@ -52,6 +52,7 @@ def differences(figure: Differences, drawing: Drawing) -> Path:
         ]
         for task in drawing.experiment.tasks
         for one, other in figure.pairs
+        if {one, other} <= drawing.compared_on(task)
     ]
     return _written(drawing.path(figure), head, rows)
 
