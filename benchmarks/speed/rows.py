@@ -146,9 +146,6 @@ def loop_rows() -> list[Row]:
             " steps/s",
             {
                 "ours": ours("loop", 2, preset="walker-walk", exploring=exploring),
-                "ours float32": ours(
-                    "loop", 2, preset="walker-walk", exploring=exploring, precision="float32"
-                ),
                 "autograd": ours(
                     "loop", 2, preset="walker-walk", exploring=exploring, precision="float32", plain=True
                 ),

@@ -106,17 +106,24 @@ def test_with_few_labels_preference_ppo_is_given_no_more_than_pebble(task: str) 
 
 
 @pytest.mark.parametrize(
-    ("task", "profile", "batch"),
+    ("task", "profile", "rate", "width", "copies", "steps", "batch", "asked"),
     [
-        ("walker-walk", "paper", 128),
-        ("cheetah-run", "paper", 512),
-        ("quadruped-walk", "paper", 128),
-        ("door-open", "paper", 128),
-        ("door-open", "public", 256),
+        ("walker-walk", "paper", 5e-5, 1024, 32, 100, 128, 70),
+        ("cheetah-run", "paper", 5e-5, 1024, 16, 100, 512, 70),
+        ("quadruped-walk", "paper", 1e-4, 1024, 16, 500, 128, 70),
+        ("quadruped-walk", "public", 1e-4, 1024, 16, 500, 128, 70),
+        ("door-open", "paper", 3e-4, 256, 32, 250, 128, 256),
+        ("door-open", "public", 3e-4, 256, 32, 250, 256, 256),
     ],
 )
-def test_published_ppo_has_its_table_s_batch_and_evaluations(task: str, profile: str, batch: int) -> None:
-    config = method_named("ppo").config(preset_named(task), profile)
-    assert isinstance(config.agent, PPO)
-    assert config.agent.batch_size == batch
-    assert config.evaluation.every == 10_000
+def test_published_ppo_is_its_tables(
+    task: str, profile: str, rate: float, width: int, copies: int, steps: int, batch: int, asked: int
+) -> None:
+    config = method_named("preference-ppo").config(preset_named(task), profile)
+    agent, feedback = config.agent, config.feedback
+    assert isinstance(agent, PPO)
+    assert isinstance(feedback, Sessions)
+    assert (agent.learning_rate, agent.width, agent.depth, agent.epochs) == (rate, width, 3, 20)
+    assert (config.environments, agent.rollout_steps, agent.batch_size) == (copies, steps, batch)
+    assert (feedback.queries_per_session, config.evaluation.every) == (asked, 10_000)
+    assert agent.clip_range == (0.2 if profile == "paper" else 0.4)
