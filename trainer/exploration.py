@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from labels_db.run_config import StateEntropy
+from trainer.nearest_so_far import NearestSoFar
 from trainer.neighbours import neighbour_distance
 from trainer.randomness import Randomness
 from trainer.replay_buffer import Batch, ReplayBuffer
@@ -79,14 +80,21 @@ class StateEntropyReward:
         self.config = config
         self.buffer = buffer
         self.deviation = RunningDeviation(buffer.device)
+        self._nearest = NearestSoFar(config.neighbours)
         self._choosing = randomness.torch("states compared", buffer.device)
 
     def __call__(self, batch: Batch) -> Tensor:
-        states, own = self._compared(batch)
-        distance = neighbour_distance(batch.observation, own, states, self.config.neighbours)
-        reward = TRANSFORMS[self.config.transform](distance)
+        reward = TRANSFORMS[self.config.transform](self._distance(batch))
         self.deviation.update(reward)
         return reward / self.deviation.value
+
+    def _distance(self, batch: Batch) -> Tensor:
+        """To the k-th neighbour; what is known of states stays true while the buffer only grows."""
+        buffer, all_count = self.buffer, self.config.states_compared is None
+        if all_count and buffer.added <= buffer.capacity and buffer.device.type == "cpu":
+            return self._nearest.distance(batch.rows, buffer.observations())
+        states, own = self._compared(batch)
+        return neighbour_distance(batch.observation, own, states, self.config.neighbours)
 
     def _compared(self, batch: Batch) -> tuple[Tensor, Tensor]:
         """The states that count, and where the batch's own are among them (−1: nowhere)."""

@@ -20,6 +20,8 @@ STATES, QUERIES = 8192, 128
 """States compared at a time, at most, and with how many: their values, 4 MB, stay in a processor's cache."""
 MEASURED = 64
 """Queries whose members are measured at a time: their differences stay in the cache, and on the heap."""
+FEW = 1 << 14
+"""Pairs up to which all are measured sooner than sieved."""
 PAIRS = 1 << 24
 """Distances held at a time by the plain search: 64 MB."""
 SAMPLE = 256
@@ -34,20 +36,70 @@ def neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: int) -> 
     `own` [B] is the row at which a query itself is among the states, −1 where it is not. With no more than k
     others the farthest stands in. On a GPU the plain search is fast enough, and waits for nothing.
     """
-    k = max(1, min(k, len(states) - 1))
-    groups = k + 1 + SPARE
-    if states.is_cuda or len(states) < 2 * GROUP * groups:
+    if states.is_cuda:
         return plain_neighbour_distance(queries, own, states, k)
+    return kth(nearest(queries, own, states, k), len(states))
+
+
+def kth(squared: Tensor, among: int) -> Tensor:
+    """The last of the k nearest [B, k], or of as many as there are among so many states: a distance, [B]."""
+    return squared[:, max(1, min(squared.shape[1], among - 1)) - 1].sqrt()
+
+
+def nearest(queries: Tensor, own: Tensor, states: Tensor, k: int) -> Tensor:
+    """Squared distances to the k nearest, ascending, no numbers where there are fewer: [B, k].
+
+    Each is measured by one formula, so that it is the same number whatever else is compared with it.
+    """
+    groups = k + 1 + SPARE
+    if len(states) < 2 * GROUP * groups or len(queries) * len(states) <= FEW:
+        return _nearest_of_all(queries, own, states, k)
     sieve = _sieve(queries, states, groups)
-    distance = _exact(queries, own, states, sieve.members, k)
-    doubtful = torch.nonzero(~(distance**2 <= sieve.beyond))[:, 0]  # so that nonsense is doubted too
+    found = _nearest_members(queries, own, states, sieve.members, k)
+    doubtful = torch.nonzero(~(found[:, -1] <= sieve.beyond))[:, 0]  # so that nonsense is doubted too
     if len(doubtful):
-        distance[doubtful] = plain_neighbour_distance(queries[doubtful], own[doubtful], states, k)
-    return distance
+        found[doubtful] = _nearest_of_all(queries[doubtful], own[doubtful], states, k)
+    return found
+
+
+def squared_distances(queries: Tensor, states: Tensor) -> Tensor:
+    """From queries [B, D] to states, each query's [B, N, D] or the same for all [N, D]: [B, N]."""
+    return (states - queries[:, None]).square_().sum(-1)
+
+
+def _nearest_of_all(queries: Tensor, own: Tensor, states: Tensor, k: int) -> Tensor:
+    """Every pair is measured."""
+    at_once = max(1, FEW // len(states))
+    parts = zip(torch.split(queries, at_once), torch.split(own, at_once), strict=True)
+    every = torch.arange(len(states))
+    return torch.cat(
+        [
+            k_least(squared_distances(few, states).masked_fill_(every == rows[:, None], torch.nan), k)
+            for few, rows in parts
+        ]
+    )
+
+
+def _nearest_members(queries: Tensor, own: Tensor, states: Tensor, members: Tensor, k: int) -> Tensor:
+    """Of some members [B, n], for a few queries at a time."""
+    parts = zip(*(torch.split(each, MEASURED) for each in (queries, own, members)), strict=True)
+    return torch.cat([_of_members(few, rows, near, states, k) for few, rows, near in parts])
+
+
+def _of_members(queries: Tensor, own: Tensor, members: Tensor, states: Tensor, k: int) -> Tensor:
+    there = states.index_select(0, members.flatten().clamp(max=len(states) - 1))
+    squared = squared_distances(queries, there.view(*members.shape, -1))
+    return k_least(squared.masked_fill_((members == own[:, None]) | (members >= len(states)), torch.nan), k)
+
+
+def k_least(values: Tensor, k: int) -> Tensor:
+    """The k smallest of each row [B, n], ascending, no numbers where there are fewer: [B, k]."""
+    found = values.topk(min(k, values.shape[1]), dim=1, largest=False).values
+    return F.pad(found, (0, k - found.shape[1]), value=torch.nan)
 
 
 def plain_neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: int) -> Tensor:
-    """The same by every difference of every pair: the reference."""
+    """The distance to the k-th by every difference of every pair: the reference."""
     k = max(1, min(k, len(states) - 1))
     parts = (torch.split(each, max(1, PAIRS // len(states))) for each in (queries, own))
     return torch.cat([_searched(few, rows, states, k) for few, rows in zip(*parts, strict=True)])
@@ -56,13 +108,8 @@ def plain_neighbour_distance(queries: Tensor, own: Tensor, states: Tensor, k: in
 def _searched(queries: Tensor, own: Tensor, states: Tensor, k: int) -> Tensor:
     distance = torch.cdist(queries, states, compute_mode="donot_use_mm_for_euclid_dist")
     place = own.clamp(min=0)[:, None]
-    distance.scatter_(1, place, distance.gather(1, place).masked_fill_(own[:, None] >= 0, torch.inf))
-    return _kth_least(distance, k)
-
-
-def _kth_least(values: Tensor, k: int) -> Tensor:
-    """The k smallest of each row and the last of them: several times faster than `kthvalue` on a CPU."""
-    return values.topk(k, dim=1, largest=False).values[:, -1]
+    distance.scatter_(1, place, distance.gather(1, place).masked_fill_(own[:, None] >= 0, torch.nan))
+    return distance.topk(k, dim=1, largest=False).values[:, -1]
 
 
 @dataclass(frozen=True)
@@ -118,17 +165,3 @@ def _members(groups: Tensor, block: int) -> Tensor:
     first = groups // per_block * block + groups % per_block
     apart = per_block * torch.arange(GROUP, device=groups.device)
     return (first[..., None] + apart).flatten(1)
-
-
-def _exact(queries: Tensor, own: Tensor, states: Tensor, members: Tensor, k: int) -> Tensor:
-    """Distance to the k-th nearest of some members [B, n], for a few queries at a time: [B]."""
-    parts = zip(*(torch.split(each, MEASURED) for each in (queries, own, members)), strict=True)
-    return torch.cat([_measured(few, rows, near, states, k) for few, rows, near in parts])
-
-
-def _measured(queries: Tensor, own: Tensor, members: Tensor, states: Tensor, k: int) -> Tensor:
-    there = states.index_select(0, members.flatten().clamp(max=len(states) - 1))
-    differences = there.view(*members.shape, -1).sub_(queries[:, None])
-    squared = differences.square_().sum(-1)
-    squared.masked_fill_((members == own[:, None]) | (members >= len(states)), torch.inf)
-    return _kth_least(squared, k).sqrt_()

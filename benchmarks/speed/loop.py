@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import torch
+from torch import Tensor
 
 from benchmarks.speed.tasks import PlainRewardModel
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
-from trainer import exploration
 from trainer.agents.interface import Losses
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
 from trainer.assembly import assemble
 from trainer.collector import Transitions
+from trainer.exploration import StateEntropyReward
 from trainer.feedback import RecordedFits
 from trainer.journal import SilentJournal
 from trainer.neighbours import plain_neighbour_distance
+from trainer.replay_buffer import Batch
 from trainer.training import NoUpkeep, Training
 
 CPU = torch.device("cpu")
@@ -52,9 +55,6 @@ class Stepper:
         config, lived = preset_named(preset).config(profile), EXPLORED if exploring else TRAINED
         config = with_settings(config, {"precision": precision, "exploration.seed_steps": str(lived)})
         config = config.model_copy(update={"threads": torch.get_num_threads()})
-        if plain:
-            # Where it is imported to, since that is what exploration calls.
-            vars(exploration)["neighbour_distance"] = plain_neighbour_distance
         self.training = assemble(
             config,
             feedback=RecordedFits([]),
@@ -66,6 +66,8 @@ class Stepper:
         for _ in range(lived):
             self()
         self.training.exploring = exploring
+        if exploring:
+            self._explored(plain)
         if plain:
             agent = self.training.agent
             assert isinstance(agent, SACAgent)
@@ -73,11 +75,26 @@ class Stepper:
             if self.training.model is not None:
                 self.training.model.__class__ = PlainRewardModel
 
+    def _explored(self, plain: bool) -> None:
+        """As after as many steps of exploration: every state has been drawn and compared before."""
+        intrinsic = self.training.intrinsic
+        assert intrinsic is not None
+        if plain:
+            vars(intrinsic)["_distance"] = partial(searched_plainly, intrinsic)
+        else:
+            intrinsic._distance(intrinsic.buffer.latest(len(intrinsic.buffer)))
+
     def __call__(self) -> None:
         try:
             self.training.train()
         except OneStepDone:
             return
+
+
+def searched_plainly(reward: StateEntropyReward, batch: Batch) -> Tensor:
+    """Distances to the k-th neighbours, [B]."""
+    states, own = reward._compared(batch)
+    return plain_neighbour_distance(batch.observation, own, states, reward.config.neighbours)
 
 
 def stepping_alone(stepper: Stepper) -> Callable[[], object]:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from labels_db.run_config import StateEntropy
 from trainer import neighbours
 from trainer.exploration import StateEntropyReward, one_of_each_part
+from trainer.nearest_so_far import NearestSoFar
 from trainer.neighbours import neighbour_distance, plain_neighbour_distance
 from trainer.randomness import Randomness
 from trainer.replay_buffer import ReplayBuffer
@@ -51,16 +52,58 @@ def test_more_states_than_are_compared_at_a_time(monkeypatch: pytest.MonkeyPatch
     torch.testing.assert_close(found, plain_neighbour_distance(states[rows], rows, states, 5))
 
 
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.integers(1, 400), min_size=1, max_size=8),
+    st.integers(1, 30),
+    st.integers(1, 8),
+    st.sampled_from(["normal", "grid", "nan"]),
+    st.integers(0, 10**6),
+)
+def test_what_is_known_of_states_grows_with_the_buffer(
+    added: list[int], size: int, k: int, kind: str, seed: int
+) -> None:
+    """To the bit what a search of all states finds: a resumed run knows nothing of them, and must go on alike."""
+    generator = torch.Generator().manual_seed(seed)
+    states = torch.randn(sum(added), size, generator=generator)
+    states = {"normal": states, "grid": states.round(), "nan": states.where(states < 3, torch.nan)}[kind]
+    known = NearestSoFar(k)
+    for count in torch.tensor(added).cumsum(0).tolist():
+        for _ in range(2):
+            rows = torch.randint(count, (150,), generator=generator)
+            found = known.distance(rows, states[:count])
+            assert torch.equal(
+                found.nan_to_num(-1), NearestSoFar(k).distance(rows, states[:count]).nan_to_num(-1)
+            )
+            expected = plain_neighbour_distance(states[rows], rows, states[:count], k)
+            torch.testing.assert_close(found, expected, rtol=1e-5, atol=1e-6, equal_nan=True)
+
+
+def test_a_ring_that_has_come_round_is_searched_anew() -> None:
+    buffer = ReplayBuffer(400, 2, 1)
+    reward = StateEntropyReward(StateEntropy(), buffer, Randomness(0))
+    generator = torch.Generator().manual_seed(0)
+    for _ in range(7):
+        states, zeros = torch.randn(100, 2, generator=generator), torch.zeros(100, 1)
+        buffer.add(states, zeros, zeros[:, 0], states, zeros[:, 0])
+        batch = buffer.sample(64, generator)
+        found = reward._distance(batch)
+        expected = plain_neighbour_distance(batch.observation, batch.rows, buffer.observations(), 5)
+        torch.testing.assert_close(found, expected)
+
+
 def test_doubts_are_searched_plainly(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
 
     def counted(*args: torch.Tensor) -> torch.Tensor:
         asked.append(len(args[0]))
-        return plain_neighbour_distance(*args)  # type: ignore[arg-type]
+        return every(*args)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(neighbours, "plain_neighbour_distance", counted)
+    every = neighbours._nearest_of_all
+    monkeypatch.setattr(neighbours, "_nearest_of_all", counted)
     states = torch.randn(2000, 4, generator=torch.Generator().manual_seed(0))
     rows = torch.arange(20)
+    assert len(rows) * len(states) > neighbours.FEW
     neighbour_distance(states[rows], rows, states, 5)
     assert asked == []
     states[1000] += 1e6
