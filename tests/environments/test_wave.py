@@ -66,6 +66,15 @@ def test_waving_the_wished_leg_is_worth_most(side: str, other: str) -> None:
     assert measures["waves"] == 0
 
 
+def test_a_tremble_is_no_wave() -> None:
+    """A policy that was paid for its toe's speed trembled by two centimetres, twelve times a second."""
+    wave, _ = waved(quadruped("left"), "left", hertz=1.5)
+    for hertz, reach in ((4, 0.4), (6, 0.2), (12, 0.4)):
+        tremble, measures = waved(quadruped("left"), "left", hertz, reach)
+        assert tremble < 0.5 * wave
+        assert measures["waves"] == 0
+
+
 def test_left_is_the_robots_own() -> None:
     """+y lies to the left of +x, where its eyes look."""
     environment = quadruped("left")
