@@ -12,7 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from labels_db.errors import ConflictError
-from labels_db.figures import Figure, Name
+from labels_db.figures import Differences, Figure, Name
 from labels_db.methods import method_named
 from labels_db.models import Run, RunState
 from labels_db.overrides import with_settings
@@ -33,6 +33,9 @@ class Compared(Config):
     by_task: dict[str, Settings] = Field(default_factory=dict)
     tasks: list[str] | None = None
     """The only tasks it is run on; all where none are named."""
+
+    def runs_on(self, task: str) -> bool:
+        return self.tasks is None or task in self.tasks
 
     @field_validator("method")
     @classmethod
@@ -87,6 +90,20 @@ class Experiment(Config):
             _known(f"method {one.name!r}", "task", {*one.by_task, *(one.tasks or ())}, tasks)
         return self
 
+    @model_validator(mode="after")
+    def _pairs_meet(self) -> Experiment:
+        """A difference needs a task on which both methods are run."""
+        compared = {one.name: one for one in self.compared}
+        for figure in self.figures:
+            for one, other in figure.pairs if isinstance(figure, Differences) else ():
+                if not any(
+                    compared[one].runs_on(task) and compared[other].runs_on(task) for task in self.tasks
+                ):
+                    raise ValueError(
+                        f"figure {figure.file!r}: {one} and {other} are run on no task in common"
+                    )
+        return self
+
     @property
     def compared(self) -> list[Compared]:
         """Every method under its name."""
@@ -98,7 +115,7 @@ class Experiment(Config):
     def planned(self) -> Iterator[PlannedRun]:
         """Every run, seed by seed, so that early results are about everything."""
         for seed, task, one in product(self.seeds, self.tasks, self.compared):
-            if task in (one.tasks or self.tasks):
+            if one.runs_on(task):
                 yield PlannedRun(self, task, one, seed)
 
 

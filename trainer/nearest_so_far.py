@@ -7,12 +7,15 @@ from torch import Tensor
 
 from trainer.neighbours import MEASURED, k_least, kth, nearest, squared_distances
 
+MOST = 1 << 16
+"""Pairs measured at a time, at most: 6 MB of differences between states of 24 numbers."""
+
 
 class NearestSoFar:
     """For every state the k smallest squared distances to others, and with how many states it was compared.
 
-    A state that is asked for again is compared with those that have come since: some tens of them while a minibatch
-    is drawn at every step, however many there are. Exactly what a search of all of them finds.
+    A state that is asked for again is compared with those that have come since. While B of N are drawn at every step
+    these are about N / B, so that a step's cost grows with N, not with B · N. Exactly what a search of all finds.
     """
 
     def __init__(self, k: int) -> None:
@@ -30,7 +33,9 @@ class NearestSoFar:
             self._squared[first] = nearest(states[first], first, states, self._k)
         behind = different[(compared > 0) & (compared < len(states))]
         if len(behind):
-            for some in torch.split(behind[self._compared[behind].argsort()], MEASURED):
+            longest_ago = len(states) - int(self._compared[behind].min())
+            at_once = min(MEASURED, max(1, MOST // longest_ago))
+            for some in torch.split(behind[self._compared[behind].argsort()], at_once):
                 self._catch_up(some, states)
         self._compared[different] = len(states)
         return kth(self._squared[rows], len(states))

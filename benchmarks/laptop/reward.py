@@ -44,11 +44,11 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "1×512": {"width": 512, "depth": 1},
     "1×256": {"depth": 1},
     "1×128": {"width": 128, "depth": 1},
-    "1×64": {"width": 64, "depth": 1},
-    "2×128, 50 epochs": {"stop_accuracy": 1, "width": 128, "depth": 2},
     "1×256, 50 epochs": {"stop_accuracy": 1, "depth": 1},
+    "1×256, batches of 8": {"batch_size": 8, "depth": 1},
+    "1×256, batches of 8, 50 epochs": {"stop_accuracy": 1, "batch_size": 8, "depth": 1},
 }
-"""What is varied: hidden layers, and whether a fit ends where 97 % are right."""
+"""What is varied: hidden layers, batches, and whether a fit ends where 97 % are right."""
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,12 @@ WALKER_PPO: Settings = {
     "agent.batch_size": "128",
     "environments": "32",
 }
+QUADRUPED_PPO: Settings = {
+    "agent.learning_rate": "1e-4",
+    "agent.rollout_steps": "500",
+    "agent.batch_size": "128",
+    "environments": "16",
+}
 
 
 @dataclass(frozen=True)
@@ -87,12 +93,7 @@ TASKS = (
         total_steps=1_000_000,
         laptop_steps=160_000,
         few=FewLabels(1000, 100, 30_000, 1_000_000),
-        ppo={
-            "agent.learning_rate": "1e-4",
-            "agent.rollout_steps": "500",
-            "agent.batch_size": "128",
-            "environments": "16",
-        },
+        ppo=QUADRUPED_PPO,
         ppo_queries=70,
     ),
 )

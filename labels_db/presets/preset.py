@@ -12,7 +12,7 @@ Settings = Mapping[str, str]
 Profiles = Mapping[str, RunConfig]
 
 PROFILES: Mapping[str, str] = {
-    "laptop": "Small networks and batches, products in bfloat16 where that is fast: for a processor without a GPU.",
+    "laptop": "Small networks and batches, bfloat16 where it pays: for a processor without a GPU.",
     "paper": "The paper's tables, to the number.",
     "public": "The authors' later public code, where it differs from the paper.",
     "few-labels": "As few answers as later papers compare with.",

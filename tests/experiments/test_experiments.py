@@ -230,6 +230,16 @@ def test_what_was_stopped_is_asked_for_again(tmp_path: Path) -> None:
             "figure 'a': no task 'walker-walk'; one of cartpole-swingup",
         ),
         (
+            {
+                "tasks": ["cartpole-swingup", "reacher-easy"],
+                "methods": [
+                    {"method": "sac", "name": "sac", "tasks": ["reacher-easy"]},
+                    {"method": "pebble", "name": "pebble-8", "tasks": ["cartpole-swingup"]},
+                ],
+            },
+            "figure 'claims': pebble-8 and sac are run on no task in common",
+        ),
+        (
             {"methods": [{"method": "sac", "name": "sac", "tasks": ["walker-walk"]}], "figures": []},
             "method 'sac': no task 'walker-walk'",
         ),

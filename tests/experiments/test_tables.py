@@ -6,13 +6,16 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
 from labels_db.figures import Differences, Ends, Strips
+from trainer.evaluation import EvaluatedEpisode
 from trainer.experiments import figures
 from trainer.experiments.drawing import Drawing
+from trainer.experiments.pictures import _came_to
 from trainer.experiments.results import Results
 from trainer.experiments.tables import differences, ends
 
@@ -89,6 +92,11 @@ def test_pairs_that_never_meet_on_a_task_are_left_out(tmp_path: Path) -> None:
     figure = Differences(file="claims", pairs=[("pebble", "sac")])
     _, *rows = cells(differences(figure, Drawing(says, Results([]), DataFolder(tmp_path), tmp_path)))
     assert [row[0] for row in rows] == ["cartpole-swingup"]
+
+
+def test_an_episode_came_to_its_return_or_to_a_measure() -> None:
+    episode = EvaluatedEpisode(seed=1, true_return=3.0, measures={"turns": 7.0}, states=np.empty((0, 1)))
+    assert [_came_to(episode, measure) for measure in ("return", "turns")] == [3.0, 7.0]
 
 
 def test_without_published_figures_there_is_no_share(tmp_path: Path) -> None:

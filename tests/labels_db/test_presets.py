@@ -9,7 +9,7 @@ from labels_db.estimate import estimate_bytes
 from labels_db.methods import method_named
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named, presets
-from labels_db.run_config import PPO, SAC, RunConfig, Sessions
+from labels_db.run_config import PPO, SAC, RunConfig, Sessions, StateEntropy
 
 PROFILES = [
     pytest.param(config, id=f"{name}-{profile}")
@@ -57,6 +57,31 @@ def test_behaviours_ask_a_person_as_often_as_in_the_paper(name: str, answers: in
     config = preset_named(name).config()
     assert config.asks_people
     assert config.budget == answers
+
+
+@pytest.mark.parametrize(
+    ("name", "rate", "answers", "steps"),
+    [
+        ("cartpole-windmill-clockwise", 1e-4, 50, 500_000),
+        ("cartpole-windmill-counter-clockwise", 1e-4, 50, 500_000),
+        ("quadruped-wave-left-front", 1e-4, 200, 1_000_000),
+        ("quadruped-wave-right-front", 1e-4, 200, 1_000_000),
+        ("hopper-backflip", 1e-4, 50, 1_000_000),
+        ("walker-walk-both-legs", 5e-4, 200, 500_000),
+    ],
+)
+def test_behaviours_have_the_papers_networks_and_answers(
+    name: str, rate: float, answers: int, steps: int
+) -> None:
+    config = preset_named(name).config("paper")
+    agent, exploration = config.agent, config.exploration
+    assert isinstance(agent, SAC)
+    assert isinstance(exploration, StateEntropy)
+    assert (agent.width, agent.batch_size, agent.learning_rate) == (1024, 1024, rate)
+    assert (config.budget, config.total_steps) == (answers, steps)
+    assert config.segment_steps * config.step_seconds == pytest.approx(1)
+    assert (exploration.transform, config.environment.action_repeat) == ("log", 1)
+    assert config.precision == "float32"
 
 
 @pytest.mark.parametrize(

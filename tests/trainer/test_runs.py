@@ -127,6 +127,11 @@ def test_stopped_and_resumed_it_ends_with_the_same_rows_and_weights(lab: Lab, un
     assert weights(lab) == weights(undisturbed)
 
 
+def test_stopped_while_exploring_it_goes_on_exactly(tmp_path: Path) -> None:
+    """What it knew of its states' neighbours is not kept: they are searched anew, to the bit."""
+    goes_on_exactly(small_config(), tmp_path, 220)
+
+
 def test_with_rounded_products_it_goes_on_exactly_and_differs_from_exact_ones(
     tmp_path: Path, undisturbed: Lab, monkeypatch: pytest.MonkeyPatch
 ) -> None:

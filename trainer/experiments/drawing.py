@@ -37,7 +37,7 @@ class Drawing:
 
     def compared_on(self, task: str) -> set[str]:
         """Methods that do not keep to other tasks."""
-        return {one.name for one in self.experiment.compared if task in (one.tasks or self.experiment.tasks)}
+        return {one.name for one in self.experiment.compared if one.runs_on(task)}
 
     def style(self, method: str) -> Style:
         """The same in every figure of the experiment, and no other method's."""
