@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -231,6 +233,26 @@ def test_relabelling_writes_every_valid_row_also_when_the_ring_has_wrapped(
     expected = torch.tanh(plainly[..., 0]).mean(0)
     torch.testing.assert_close(buffer.reward[:count], expected, rtol=0, atol=1e-6)
     assert len(buffer) == count
+
+
+@pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="Linux tells a process's peak")
+@pytest.mark.parametrize("precision", [torch.float32, torch.bfloat16])
+def test_relabelling_takes_no_room_of_its_own(precision: torch.dtype) -> None:
+    """Under 20 MB however many rows there are: one hidden layer of all of these would have 600."""
+    buffer, randomness = ReplayBuffer(200_000, 24, 6), Randomness(0)
+    buffer.table.normal_()
+    buffer.added = 200_000
+    model = RewardModel(LearnedReward(), 24, 6, randomness, torch.device("cpu"), precision)
+    Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
+    before = peak_megabytes()
+    buffer.relabel(model)
+    assert peak_megabytes() - before < 20
+
+
+def peak_megabytes() -> float:
+    """The most memory that this process had resident."""
+    (line,) = re.findall(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())
+    return int(line) / 1024
 
 
 @pytest.mark.parametrize("at_once", [1, 2, 3])

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -165,6 +166,32 @@ def test_stopped_while_relabelling_it_ends_with_the_same_rows_and_weights(
     assert lab.live() is RunState.FINISHED
     assert rows(lab) == rows(undisturbed)
     assert weights(lab) == weights(undisturbed)
+
+
+def test_while_relabelling_it_is_seen_to_live_and_hears_of_a_stop(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody looks on its behalf: what beats and listens is the run's other thread."""
+    lab.request(small_config())
+    relabel, beats = ReplayBuffer.relabel, set()
+
+    def observed() -> None:
+        with lab.database.write() as session:
+            run = get_run(session, RUN)
+            if run.phase == "relabelling":
+                beats.add(run.heartbeat_at)
+            if len(beats) == 2 and run.desired is not Desired.STOP:
+                stop_run(session, RUN)
+
+    def lasting(self: ReplayBuffer, reward: Any, between_parts: Callable[[], None]) -> None:
+        while True:
+            relabel(self, reward, between_parts)
+            observed()
+
+    monkeypatch.setattr("trainer.progress.BEAT_SECONDS", 0.3)
+    monkeypatch.setattr(ReplayBuffer, "relabel", lasting)
+    assert lab.live() is RunState.STOPPED
+    assert len(beats) == 2
 
 
 def test_equal_seeds_give_equal_runs_and_other_seeds_others(lab: Lab, undisturbed: Lab) -> None:
