@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
-import platform
 import statistics
 import subprocess
 from collections.abc import Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +15,12 @@ from benchmarks.speed.growth import growth, plot
 from benchmarks.speed.rows import Row, all_rows
 from benchmarks.speed.sharing import shared_cores
 from benchmarks.speed.start import processor, train_to_first_step, up_to_served_page
+from trainer.experiments.provenance import versions
 
 RESULTS = Path(__file__).parent.parent / "results"
 PEAK_FLOPS = 2 * 2048**3
 HEAD = """\
-| what | ours | spread | best peer | ours is × faster | of the matrix limit | reach |
+| what | ours | spread | others | ours is × faster | of the matrix limit | reach |
 |---|---|---|---|---|---|---|"""
 
 
@@ -40,6 +39,7 @@ def measured(row: Row) -> dict[str, Any]:
         "best_peer": shown(row, speeds.median(best)),
         "ratio": round(speeds.ratio("ours", best), 2),
         "limit_fraction": _limit_fraction(row, speeds),
+        "limit": _limit(row, speeds),
         "peer": best,
         "reach": row.reach,
         "all": {name: _summary(row, speeds, name) for name in row.contestants},
@@ -68,29 +68,44 @@ def _limit_fraction(row: Row, speeds: Speeds) -> float | None:
     return round(speeds.ratio("ours", "peak") * row.flops / PEAK_FLOPS, 3)
 
 
+def _limit(row: Row, speeds: Speeds) -> float | None:
+    """What the row's matrix products alone would come to at the machine's measured peak."""
+    return shown(row, speeds.median("peak") * PEAK_FLOPS / row.flops) if row.flops else None
+
+
 def starts() -> Iterator[dict[str, Any]]:
     for name, start, reach in (
         ("`pebble up` to served page", up_to_served_page, "≤ 3 s"),
         ("`pebble train` to first step", train_to_first_step, "≤ 8 s"),
     ):
-        seconds = statistics.median(start() for _ in range(3))
-        nobody: dict[str, Any] = {
-            "best_peer": None,
-            "ratio": None,
-            "limit_fraction": None,
-            "peer": None,
-            "all": {},
-        }
-        yield {"name": name, "unit": "s", "ours": round(seconds, 2), **nobody, "reach": reach}
+        seconds = [round(start(), 2) for _ in range(3)]
+        median = statistics.median(seconds)
+        nobody = dict.fromkeys(("best_peer", "ratio", "limit_fraction", "peer"))
+        measured = {"ours": {"median": median, "spread": [min(seconds), max(seconds)]}}
+        yield {"name": name, "unit": "s", "ours": median, **nobody, "reach": reach, "all": measured}
 
 
 def line(row: dict[str, Any]) -> str:
     """The row in Markdown."""
     cells = [row["name"], f"{row['ours']:.4g} {row['unit']}".replace(" /", "/"), _spread(row)]
-    cells.append("–" if row["best_peer"] is None else f"{row['best_peer']:.4g} ({row['peer']})")
-    cells.append("–" if row["ratio"] is None else f"{row['ratio']:.2f}")
+    cells += [" · ".join(column) or "–" for column in _others(row)]
     cells.append("–" if row["limit_fraction"] is None else f"{100 * row['limit_fraction']:.0f} %")
     return "| " + " | ".join([*cells, row["reach"]]) + " |"
+
+
+def _others(row: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """Who else took part, and how many times as fast ours is as each, in the same order."""
+    if row["peer"] is None:
+        return [], []
+    others = {
+        name: rest for name, rest in row["all"].items() if "ours_is" in rest and not name.startswith("ours")
+    }
+    if not others:
+        return [f"{row['best_peer']:.4g} ({row['peer']})"], [f"{row['ratio']:.2f}"]
+    return (
+        [f"{rest['median']:.4g} ({name})" for name, rest in others.items()],
+        [f"{rest['ours_is']:.2f}" for rest in others.values()],
+    )
 
 
 def _spread(row: dict[str, Any]) -> str:
@@ -100,15 +115,16 @@ def _spread(row: dict[str, Any]) -> str:
 
 
 def machine(peers: Path | None) -> dict[str, Any]:
-    versions = {name: version(name) for name in ("torch", "numpy", "mujoco", "dm-control", "pillow")}
+    found = versions()
     if peers is not None:
         listed = subprocess.run(
             [peers, "-m", "pip", "list", "--format=json"], capture_output=True, check=True
         )
         wanted = {"stable_baselines3", "sbx-rl", "jax", "jaxlib", "torch"}
-        found = {p["name"]: p["version"] for p in json.loads(listed.stdout) if p["name"] in wanted}
-        versions |= {f"peers' {name}": number for name, number in found.items()}
-    return {"processor": processor(), "python": platform.python_version(), **versions}
+        found |= {
+            f"peers' {p['name']}": p["version"] for p in json.loads(listed.stdout) if p["name"] in wanted
+        }
+    return {"processor": processor(), **found}
 
 
 def main() -> None:

@@ -8,7 +8,7 @@ from functools import partial
 import torch
 from torch import Tensor
 
-from benchmarks.speed.tasks import PlainRewardModel
+from benchmarks.speed.model_tasks import PlainRewardModel
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from trainer.agents.interface import Losses

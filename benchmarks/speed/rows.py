@@ -78,15 +78,27 @@ def neighbour_rows() -> list[Row]:
             f"intrinsic reward, batch 1024 against 100k states, D {size}",
             "s",
             {"ours": ours("neighbours", 2, size=size), "slices": ours("sliced_neighbours", 2, size=size)},
-            rounds=3,
-            reach="≤ 0.3 s where slices take 6.7 / 17 s",
+            rounds=2,
+            reach=f"≤ 0.3 s where slices take {slices} s",
         )
-        for size in (24, 78)
+        for size, slices in ((24, 6.7), (78, 17))
+    ] + [
+        Row(
+            "the same while exploring, at 10k states, D 24, 1 thread",
+            "s",
+            {
+                "ours": ours("neighbours_so_far", 1, size=24),
+                "search of all": ours("neighbours", 1, size=24, count=10_000),
+            },
+            threads=1,
+            rounds=3,
+            reach="–",
+        )
     ]
 
 
 def model_rows() -> list[Row]:
-    def contestants(task: str, **settings: int) -> dict[str, Sequence[str]]:
+    def contestants(task: str, **settings: int | str) -> dict[str, Sequence[str]]:
         return {
             "ours": ours(task, 2, precision="bfloat16", **settings),
             "ours float32": ours(task, 2, **settings),
@@ -114,14 +126,17 @@ def model_rows() -> list[Row]:
             rounds=3,
             reach="≤ 3 s where plain takes 12.5 s",
         ),
-        Row(
-            "select 140 of 1400 pairs by entropy",
-            "s",
-            contestants("choose", count=140),
-            flops=model_flops(100_000, learning=False),
-            precision="bfloat16",
-            rounds=3,
-            reach="≤ 0.3 s where plain takes 3.6 s",
+        *(
+            Row(
+                f"select 140 of 1400 pairs by {scheme}",
+                "s",
+                contestants("choose", count=140, scheme=scheme),
+                flops=model_flops(100_000, learning=False),
+                precision="bfloat16",
+                rounds=3,
+                reach="≤ 0.3 s where plain takes 3.6 s",
+            )
+            for scheme in ("entropy", "disagreement")
         ),
     ]
 
@@ -142,20 +157,27 @@ def clip_rows() -> list[Row]:
 def loop_rows() -> list[Row]:
     return [
         Row(
-            f"whole loop, walker-walk, laptop profile, {phase}",
+            f"whole loop, walker-walk, laptop profile, {phase}, {threads} thread{'s' * (threads > 1)}",
             " steps/s",
             {
-                "ours": ours("loop", 2, preset="walker-walk", exploring=exploring),
+                "ours": ours("loop", threads, preset="walker-walk", exploring=exploring),
                 "autograd": ours(
-                    "loop", 2, preset="walker-walk", exploring=exploring, precision="float32", plain=True
+                    "loop",
+                    threads,
+                    preset="walker-walk",
+                    exploring=exploring,
+                    precision="float32",
+                    plain=True,
                 ),
             },
+            threads=threads,
             reach=reach,
         )
         for phase, exploring, reach in (
             ("exploring", True, "≥ 4 × 45 steps/s, the public reference's"),
             ("training", False, "≥ 2.5 × 65 steps/s, the public reference's"),
         )
+        for threads in (1, 2)
     ]
 
 
