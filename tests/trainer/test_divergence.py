@@ -20,7 +20,7 @@ from trainer.upkeep import RecordedUpkeep
 TRUE = {"reward__kind": "true", "feedback__kind": "none"}
 
 
-def spoilt(patch: pytest.MonkeyPatch, at: int, spoil: Callable[[Training], None]) -> None:
+def spoilt(patch: pytest.MonkeyPatch, at: int, spoil: Callable[[Training], object]) -> None:
     """From now on runs are spoilt at that step."""
     before = RecordedUpkeep.before_step
 
