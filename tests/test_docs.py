@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 from typer.main import get_command
 
+from benchmarks.speed.__main__ import table
 from cli.main import app
 from scripts.make_configuration_reference import TARGET, reference
 
@@ -47,3 +49,15 @@ def test_commands_shown_with_options_take_them(page: Path) -> None:
         name, *words = line.split()
         known = {option for parameter in commands[name].params for option in parameter.opts}
         assert {word.partition("=")[0] for word in words if word.startswith("--")} <= known, line
+
+
+def test_the_table_of_speeds_is_what_was_measured() -> None:
+    """Every row with what a reader compares, and the page with no number of its own."""
+    results = ROOT / "benchmarks" / "results"
+    measured = json.loads((results / "speed.json").read_text(encoding="utf-8"))
+    for row in measured["rows"]:
+        assert {"name", "unit", "ours", "best_peer", "ratio", "limit_fraction"} <= set(row), row["name"]
+    assert {"processor", "torch", "python"} <= set(measured["machine"])
+    shown = table(measured["rows"])
+    assert (results / "speed.md").read_text(encoding="utf-8") == shown
+    assert shown in (ROOT / "benchmarks" / "README.md").read_text(encoding="utf-8")

@@ -85,6 +85,11 @@ def starts() -> Iterator[dict[str, Any]]:
         yield {"name": name, "unit": "s", "ours": median, **nobody, "reach": reach, "all": measured}
 
 
+def table(rows: list[dict[str, Any]]) -> str:
+    """All rows in Markdown."""
+    return "\n".join([HEAD, *map(line, rows), ""])
+
+
 def line(row: dict[str, Any]) -> str:
     """The row in Markdown."""
     cells = [row["name"], f"{row['ours']:.4g} {row['unit']}".replace(" /", "/"), _spread(row)]
@@ -143,7 +148,7 @@ def main() -> None:
     for other_row in (*shared_cores(), *starts()):
         rows.append(other_row)
         print(line(other_row), flush=True)
-    (RESULTS / "speed.md").write_text("\n".join([HEAD, *map(line, rows), ""]), encoding="utf-8")
+    (RESULTS / "speed.md").write_text(table(rows), encoding="utf-8")
     curves = growth()
     plot(curves, RESULTS / "growth.png")
     written = {"machine": machine(chosen.peers), "rows": rows, "growth": curves}
