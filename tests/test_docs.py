@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
-from benchmarks.speed.__main__ import table
+from benchmarks.speed.table import table
 from cli.main import app
 from scripts.make_configuration_reference import TARGET, reference
 

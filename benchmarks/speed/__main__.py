@@ -6,7 +6,8 @@ import argparse
 import json
 import statistics
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,12 @@ from benchmarks.speed.growth import growth, plot
 from benchmarks.speed.rows import Row, all_rows
 from benchmarks.speed.sharing import shared_cores
 from benchmarks.speed.start import processor, train_to_first_step, up_to_served_page
+from benchmarks.speed.table import HEAD, line, table
 from trainer.experiments.provenance import versions
 
 RESULTS = Path(__file__).parent.parent / "results"
+FILE = RESULTS / "speed.json"
 PEAK_FLOPS = 2 * 2048**3
-HEAD = """\
-| what | ours | spread | others | ours is × faster | of the matrix limit | reach |
-|---|---|---|---|---|---|---|"""
 
 
 def measured(row: Row) -> dict[str, Any]:
@@ -73,50 +73,26 @@ def _limit(row: Row, speeds: Speeds) -> float | None:
     return shown(row, speeds.median("peak") * PEAK_FLOPS / row.flops) if row.flops else None
 
 
-def starts() -> Iterator[dict[str, Any]]:
-    for name, start, reach in (
-        ("`pebble up` to served page", up_to_served_page, "≤ 3 s"),
-        ("`pebble train` to first step", train_to_first_step, "≤ 8 s"),
-    ):
-        seconds = [round(start(), 2) for _ in range(3)]
-        median = statistics.median(seconds)
-        nobody = dict.fromkeys(("best_peer", "ratio", "limit_fraction", "peer"))
-        measured = {"ours": {"median": median, "spread": [min(seconds), max(seconds)]}}
-        yield {"name": name, "unit": "s", "ours": median, **nobody, "reach": reach, "all": measured}
+def started(name: str, start: Callable[[], float], reach: str) -> dict[str, Any]:
+    """A row about how long people wait."""
+    seconds = [round(start(), 2) for _ in range(3)]
+    median = statistics.median(seconds)
+    nobody = dict.fromkeys(("best_peer", "ratio", "limit_fraction", "peer"))
+    measured = {"ours": {"median": median, "spread": [min(seconds), max(seconds)]}}
+    return {"name": name, "unit": "s", "ours": median, **nobody, "reach": reach, "all": measured}
 
 
-def table(rows: list[dict[str, Any]]) -> str:
-    """All rows in Markdown."""
-    return "\n".join([HEAD, *map(line, rows), ""])
+STARTS = {
+    "`pebble up` to served page": (up_to_served_page, "≤ 3 s"),
+    "`pebble train` to first step": (train_to_first_step, "≤ 8 s"),
+}
 
 
-def line(row: dict[str, Any]) -> str:
-    """The row in Markdown."""
-    cells = [row["name"], f"{row['ours']:.4g} {row['unit']}".replace(" /", "/"), _spread(row)]
-    cells += [" · ".join(column) or "–" for column in _others(row)]
-    cells.append("–" if row["limit_fraction"] is None else f"{100 * row['limit_fraction']:.0f} %")
-    return "| " + " | ".join([*cells, row["reach"]]) + " |"
-
-
-def _others(row: dict[str, Any]) -> tuple[list[str], list[str]]:
-    """Who else took part, and how many times as fast ours is as each, in the same order."""
-    if row["peer"] is None:
-        return [], []
-    others = {
-        name: rest for name, rest in row["all"].items() if "ours_is" in rest and not name.startswith("ours")
-    }
-    if not others:
-        return [f"{row['best_peer']:.4g} ({row['peer']})"], [f"{row['ratio']:.2f}"]
-    return (
-        [f"{rest['median']:.4g} ({name})" for name, rest in others.items()],
-        [f"{rest['ours_is']:.2f}" for rest in others.values()],
-    )
-
-
-def _spread(row: dict[str, Any]) -> str:
-    """Between which of its rounds ours lay."""
-    low, high = row["all"].get("ours", {}).get("spread", (None, None))
-    return "–" if low is None else f"{low:.4g} … {high:.4g}"
+def everything(peers: Path | None) -> dict[str, Callable[[], dict[str, Any]]]:
+    """Every row by its name, in the table's order; calling it measures."""
+    contests = {row.name: partial(measured, row) for row in all_rows(peers)}
+    waits = {name: partial(started, name, *start) for name, start in STARTS.items()}
+    return {**contests, **shared_cores(), **waits}
 
 
 def machine(peers: Path | None) -> dict[str, Any]:
@@ -135,24 +111,26 @@ def machine(peers: Path | None) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--peers", type=Path, help="the Python of an environment with peers.txt installed")
-    parser.add_argument("--only", default="", help="rows whose name holds this; nothing is written then")
+    parser.add_argument("--only", default="", help="measure rows whose name holds this; the others stay")
     chosen = parser.parse_args()
+    kept: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8")) if chosen.only else {"rows": []}
+    rows, now = {row["name"]: row for row in kept["rows"]}, machine(chosen.peers)
     print(HEAD)
-    rows = []
-    for row in all_rows(chosen.peers):
-        if chosen.only in row.name:
-            rows.append(measured(row))
-            print(line(rows[-1]), flush=True)
-    if chosen.only:
-        return
-    for other_row in (*shared_cores(), *starts()):
-        rows.append(other_row)
-        print(line(other_row), flush=True)
-    (RESULTS / "speed.md").write_text(table(rows), encoding="utf-8")
-    curves = growth()
-    plot(curves, RESULTS / "growth.png")
-    written = {"machine": machine(chosen.peers), "rows": rows, "growth": curves}
-    (RESULTS / "speed.json").write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")
+    contests = everything(chosen.peers)
+    for name, measure in contests.items():
+        if chosen.only in name:
+            rows[name] = {**measure(), "commit": now.get("commit")}
+            print(line(rows[name]), flush=True)
+    known = [rows[name] for name in contests if name in rows]
+    whole = kept if chosen.only else {"machine": now, "growth": growth()}
+    write({**whole, "rows": known})
+
+
+def write(measured: dict[str, Any]) -> None:
+    """What was measured, its table and its figure."""
+    FILE.write_text(json.dumps(measured, indent=1) + "\n", encoding="utf-8")
+    FILE.with_suffix(".md").write_text(table(measured["rows"]), encoding="utf-8")
+    plot(measured["growth"], RESULTS / "growth.png")
 
 
 if __name__ == "__main__":

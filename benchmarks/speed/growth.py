@@ -44,7 +44,8 @@ def plot(curves: list[dict[str, Any]], path: Path) -> None:
 
     figure, axes = pyplot.subplots(figsize=(7, 4), layout="constrained")
     for curve in curves:
-        axes.plot(list(curve["seconds"]), list(curve["seconds"].values()), marker="o", label=curve["name"])
+        sizes = [float(size) for size in curve["seconds"]]
+        axes.plot(sizes, list(curve["seconds"].values()), marker="o", label=curve["name"])
     axes.set(xscale="log", yscale="log", xlabel="size", ylabel="seconds, two cores, float32")
     axes.legend(fontsize=8)
     figure.savefig(path, dpi=120)

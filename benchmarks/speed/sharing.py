@@ -7,7 +7,7 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -20,21 +20,26 @@ ROUNDS = 3
 PAIRS = 140
 
 
-def shared_cores() -> Iterator[dict[str, Any]]:
-    """Rows of the table; `best_peer` is what there is without sharing."""
-    yield _row(
-        f"training walker-walk, laptop profile, while {PAIRS} pairs are drawn",
-        _alone_and_while_drawing(),
-        peer="nothing drawn",
-        reach="≥ 0.75 × its rate alone",
-    )
-    for profile in ("laptop", "paper"):
-        yield _row(
-            f"two seeds of walker-walk, {profile} profile, at once, one thread each",
-            [_together_and_apart(profile) for _ in range(2)],
-            peer="one after the other, two threads",
-            reach="the faster of both",
-        )
+def shared_cores() -> dict[str, Callable[[], dict[str, Any]]]:
+    """Rows of the table by name, to be measured; `best_peer` is what there is without sharing."""
+    drawing = f"training walker-walk, laptop profile, while {PAIRS} pairs are drawn"
+    seeds = {
+        f"two seeds of walker-walk, {profile} profile, at once, one thread each": profile
+        for profile in ("laptop", "paper")
+    }
+    return {drawing: partial(_while_drawing, drawing)} | {
+        name: partial(_at_once, name, profile) for name, profile in seeds.items()
+    }
+
+
+def _while_drawing(name: str) -> dict[str, Any]:
+    measured = _alone_and_while_drawing()
+    return _row(name, measured, peer="nothing drawn", reach="≥ 0.75 × its rate alone")
+
+
+def _at_once(name: str, profile: str) -> dict[str, Any]:
+    measured = [_together_and_apart(profile) for _ in range(2)]
+    return _row(name, measured, peer="one after the other, two threads", reach="the faster of both")
 
 
 def _row(name: str, measured: list[tuple[float, float]], *, peer: str, reach: str) -> dict[str, Any]:
