@@ -23,7 +23,7 @@ class Row:
     flops: float = 0.0
     precision: str = "float32"
     threads: int = 2
-    rounds: int = 5
+    rounds: int = 3
     reach: str = ""
     """What is aimed at, in words."""
 
@@ -66,6 +66,7 @@ def sac_rows(peers: Path | None) -> list[Row]:
                     flops=sac_flops(width, batch),
                     precision="bfloat16",
                     threads=threads,
+                    rounds=5 if width == 256 else 3,
                     reach=aim,
                 )
             )
@@ -91,7 +92,6 @@ def neighbour_rows() -> list[Row]:
                 "search of all": ours("neighbours", 1, size=24, count=10_000),
             },
             threads=1,
-            rounds=3,
             reach="–",
         )
     ]
@@ -113,7 +113,6 @@ def model_rows() -> list[Row]:
             units=1 / 50,
             flops=model_flops(700 * 100, learning=True),
             precision="bfloat16",
-            rounds=3,
             reach="≤ 36 s where autograd takes 102 s",
         ),
         Row(
@@ -123,7 +122,6 @@ def model_rows() -> list[Row]:
             units=1 / 5,
             flops=model_flops(200_000, learning=False),
             precision="bfloat16",
-            rounds=3,
             reach="≤ 3 s where plain takes 12.5 s",
         ),
         *(
@@ -133,7 +131,6 @@ def model_rows() -> list[Row]:
                 contestants("choose", count=140, scheme=scheme),
                 flops=model_flops(100_000, learning=False),
                 precision="bfloat16",
-                rounds=3,
                 reach="≤ 0.3 s where plain takes 3.6 s",
             )
             for scheme in ("entropy", "disagreement")
