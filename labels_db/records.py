@@ -27,7 +27,7 @@ class Measurement:
 def record_metrics(session: Session, claim: Claim, measurements: Iterable[Measurement]) -> None:
     """Keep the numbers; one measured again at the same step replaces the earlier.
 
-    What is no number (a loss gone astray) is left out: SQLite has no NaN, and a curve shows the gap.
+    What is no number (the return of an environment gone astray) is left out: SQLite has no NaN; a curve shows the gap.
     """
     owned_run(session, claim)
     rows = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import signal
+from contextlib import suppress
 from pathlib import Path
 
 import structlog
@@ -17,6 +18,7 @@ from labels_db.models import RunState
 from labels_db.run_config import RunConfig
 from labels_db.runs import config_of, get_run, note
 from trainer.assembly import RecordedRun, recorded_run
+from trainer.divergence import divergence
 from trainer.evaluation import EvaluatedEpisode, mean_measures
 from trainer.upkeep import ShutdownRequestedError, StopRequestedError
 
@@ -68,10 +70,17 @@ class Attempt:
         except Exception as error:
             log.exception("the run failed")
             with self.database.write() as session:
-                fail_run(session, self.claim, f"{type(error).__name__}: {error}")
+                fail_run(session, self.claim, self._reason(error))
             return RunState.FAILED
         finally:
             self._close()
+
+    def _reason(self, error: Exception) -> str:
+        """What went wrong: numbers that are none are the reason of whatever they broke first."""
+        if self.run is not None:
+            with suppress(Exception):  # a broken run may not even say its state; then the error must do
+                error = divergence(self.run.training) or error
+        return f"{type(error).__name__}: {error}"
 
     def _live(self) -> RunState:
         config = self._config()

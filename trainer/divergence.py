@@ -1,21 +1,21 @@
 """Training that went astray: losses or parameters that are no numbers any more.
 
-Nothing would be learned from then on, and nothing would say so: a policy of NaN still acts, and a curve has a gap
-where its loss is not finite. The run ends at once instead, and its checkpoints are all of before.
+Nothing is learned from then on, but a policy of NaN still acts and is evaluated. So the run ends, with the next losses
+that are recorded or before the next checkpoint is written, whose parameters are therefore all numbers.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trainer.state_tree import pack
 
-LEARNED = ("agent", "reward")
-"""Parts of a training's state whose every number must be finite."""
+if TYPE_CHECKING:
+    from trainer.training import Training
 
 
 class DivergedError(Exception):
@@ -23,8 +23,8 @@ class DivergedError(Exception):
 
     def __init__(self, what: str, step: int) -> None:
         super().__init__(
-            f"{what} is no finite number at step {step}: training diverged. Start a run with lower learning rates "
-            "(agent.learning_rate, agent.temperature_learning_rate, reward.learning_rate)."
+            f"{what} is not finite any more at step {step}: training diverged. Start a run with lower learning rates, "
+            "or look for observations and rewards of the environment that are no numbers."
         )
 
 
@@ -35,12 +35,18 @@ def refuse_diverged_losses(step: int, losses: Mapping[str, float]) -> None:
             raise DivergedError(name, step)
 
 
-def refuse_diverged_state(step: int, state: Mapping[str, Any]) -> None:
-    """DivergedError that names the first array of a training's `state()` that is not finite.
+def refuse_diverged_networks(training: Training) -> None:
+    """DivergedError where agent or reward model hold what is not finite.
 
     Losses do not say it all: a rectifier may turn a NaN into the zero of a unit that is never heard of again.
     """
-    _, arrays = pack({part: state[part] for part in LEARNED})
-    for name, values in arrays.items():
-        if not np.isfinite(values).all():
-            raise DivergedError(name.lstrip("/"), step)
+    if (found := divergence(training)) is not None:
+        raise found
+
+
+def divergence(training: Training) -> DivergedError | None:
+    """Names the first array that is not finite; the reward model's come first, since what they spoil is the agent."""
+    _, arrays = pack({"reward": training.reward.state(), "agent": training.agent.state()})
+    spoilt = (name for name, values in arrays.items() if not np.isfinite(values).all())
+    name = next(spoilt, None)
+    return None if name is None else DivergedError(name.lstrip("/"), training.step)

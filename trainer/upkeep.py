@@ -13,7 +13,7 @@ from labels_db.storage import ArtifactError
 from trainer.agents.interface import Losses
 from trainer.checkpoints import Checkpoints
 from trainer.collector import Transitions
-from trainer.divergence import refuse_diverged_losses, refuse_diverged_state
+from trainer.divergence import refuse_diverged_losses, refuse_diverged_networks
 from trainer.environments.interface import Environment
 from trainer.evaluation import EvaluatedEpisode, evaluate
 from trainer.progress import Progress
@@ -69,9 +69,9 @@ class RecordedUpkeep:
 
     def after_step(self, training: Training, transitions: Transitions, losses: Losses | None) -> None:
         if losses is not None and training.step // self.METRICS_EVERY > self.told // self.METRICS_EVERY:
-            told = losses.read()
-            refuse_diverged_losses(training.step, told)
-            self.progress.metrics(training.step, told)
+            read = losses.read()
+            refuse_diverged_losses(training.step, read)
+            self.progress.metrics(training.step, read)
             self.told = training.step
         for true_return in transitions.episode_returns:
             self.progress.metrics(training.step, {"episode_return": true_return})
@@ -136,11 +136,10 @@ class RecordedUpkeep:
     def save(self, training: Training, *, rows: bool = True) -> None:
         """Write a checkpoint; without `rows`, of the networks and counters only (a finished run)."""
         doing = self.progress.status.phase
+        refuse_diverged_networks(training)
         self.phase("checkpointing")
         self.progress.flush()  # what lies before a checkpoint is not measured again
-        learned = training.state()
-        refuse_diverged_state(training.step, learned)
-        state = {**learned, "evaluated": self.evaluated, "told": self.told}
+        state = {**training.state(), "evaluated": self.evaluated, "told": self.told}
         pool = training.collector.pool if rows else None
         self.checkpoints.save(training.step, state, training.agent.buffer if rows else None, pool)
         self._saved_at = time.monotonic()

@@ -238,7 +238,7 @@ def test_relabelling_writes_every_valid_row_also_when_the_ring_has_wrapped(
 @pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="Linux tells a process's peak")
 @pytest.mark.parametrize("precision", [torch.float32, torch.bfloat16])
 def test_relabelling_takes_no_room_of_its_own(precision: torch.dtype) -> None:
-    """Under 20 MB however many rows there are: one hidden layer of all of these would have 600."""
+    """Under 20 MB however many rows there are: one hidden layer of all of these has 600, or 300 in bfloat16."""
     buffer, randomness = ReplayBuffer(200_000, 24, 6), Randomness(0)
     buffer.table.normal_()
     buffer.added = 200_000

@@ -7,6 +7,7 @@ that a new reward model relabels them too; what a truncated episode would have g
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -38,8 +39,10 @@ class PPOLosses:
     logged: dict[str, float]
 
     def read(self) -> dict[str, float]:
-        """The losses by name."""
-        return {name.removeprefix("train/"): float(value) for name, value in self.logged.items()}
+        """The losses by name; the explained variance only where returns vary, for else it is none."""
+        named = {name.removeprefix("train/"): float(value) for name, value in self.logged.items()}
+        explained = named.pop("explained_variance", math.nan)
+        return named if math.isnan(explained) else {**named, "explained_variance": explained}
 
 
 class PPOAgent:
