@@ -16,6 +16,7 @@ from trainer.environments.behaviours import Measures
 from trainer.environments.behaviours.shapes import clearances
 
 FEET = ("right_foot", "left_foot")
+ROOT_HEIGHT = 1  # in a state of the simulator, which begins with the time, then the positions
 Gait = Callable[[float], tuple[dict[str, float], str]]
 """Phase in cycles → angles of hips and knees (rad), and the foot that stands on the floor."""
 
@@ -113,11 +114,21 @@ def test_slow_turns_count_less_and_rare_ones_not(walker: Any) -> None:
 
 def test_legs_kicked_while_lying_do_not_count(walker: Any) -> None:
     states = lived(walker, walk)
-    time = 1  # an index: the simulator's state begins with the time, then the positions
-    states[:, time] -= 1.0  # the root, a metre down
+    states[:, ROOT_HEIGHT] -= 1.0
     rewards, measures = walker.judge(SEED, states)
     assert measures["alternation"] == 0.0
     assert max(rewards) < 0.2
+
+
+@pytest.mark.parametrize(("down", "moving"), [(0.65, 0.0), (0.4, 0.075), (0.1, 0.15)])
+def test_who_sits_gains_nothing_by_moving(walker: Any, down: float, moving: float) -> None:
+    """Answers about sitting walkers are about who sits higher, not about who hops; half way up, half of it counts."""
+    rewards = []
+    for speed in (0.0, 1.0):
+        states = lived(walker, stand, speed=speed)
+        states[:, ROOT_HEIGHT] -= down  # of a torso at 1.3 m
+        rewards.append(np.mean(walker.judge(SEED, states)[0]))
+    assert rewards[1] - rewards[0] == pytest.approx(moving, abs=0.002)
 
 
 def test_the_suites_own_task_is_measured_alike() -> None:
