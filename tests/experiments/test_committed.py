@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from cli.experiment import plot
 from labels_db.data_folder import DataFolder
+from labels_db.run_config import Sessions
 from trainer.experiments.drawing import Drawing
 from trainer.experiments.file import read_experiment
 from trainer.experiments.results import Results
@@ -61,9 +63,17 @@ def test_the_claims_compare_at_equal_answers_and_ten_times_the_steps() -> None:
     for task in ("cartpole-swingup", "walker-walk"):
         pebble, rival, bound = (configs[task, name] for name in ("pebble", "preference-ppo", "ppo"))
         assert pebble.budget == configs[task, "no-relabel"].budget == rival.budget
-        assert configs[task, "pebble-few"].budget == configs[task, "no-pretraining-few"].budget
+        assert configs[task, "pebble-100"].budget == configs[task, "no-pretraining-100"].budget
         assert rival.total_steps == bound.total_steps == 10 * pebble.total_steps
         assert pebble.total_steps == configs[task, "sac"].total_steps
+
+
+def test_the_claims_ask_all_their_answers_while_there_are_steps_to_learn_from_them() -> None:
+    for one in read_experiment(EXPERIMENTS / "claims-laptop.yaml").planned():
+        if isinstance(feedback := one.config.feedback, Sessions):
+            sessions = math.ceil(feedback.budget / feedback.queries_per_session)
+            last = one.config.exploration.ends_at + (sessions - 1) * feedback.steps_between
+            assert last <= 0.8 * one.config.total_steps, one.run_id
 
 
 def test_the_documented_experiment_is_one(tmp_path: Path) -> None:
