@@ -5,19 +5,18 @@ from __future__ import annotations
 import argparse
 import json
 import statistics
-import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from benchmarks.speed.contest import Speeds, contest, ours
 from benchmarks.speed.growth import growth, plot
+from benchmarks.speed.machine import differences, machine
 from benchmarks.speed.rows import Row, all_rows
 from benchmarks.speed.sharing import shared_cores
-from benchmarks.speed.start import processor, train_to_first_step, up_to_served_page
+from benchmarks.speed.start import train_to_first_step, up_to_served_page
 from benchmarks.speed.table import HEAD, line, table
-from trainer.experiments.provenance import versions
 
 RESULTS = Path(__file__).parent.parent / "results"
 FILE = RESULTS / "speed.json"
@@ -95,35 +94,42 @@ def everything(peers: Path | None) -> dict[str, Callable[[], dict[str, Any]]]:
     return {**contests, **shared_cores(), **waits}
 
 
-def machine(peers: Path | None) -> dict[str, Any]:
-    found = versions()
-    if peers is not None:
-        listed = subprocess.run(
-            [peers, "-m", "pip", "list", "--format=json"], capture_output=True, check=True
-        )
-        wanted = {"stable_baselines3", "sbx-rl", "jax", "jaxlib", "torch"}
-        found |= {
-            f"peers' {p['name']}": p["version"] for p in json.loads(listed.stdout) if p["name"] in wanted
-        }
-    return {"processor": processor(), **found}
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--peers", type=Path, help="the Python of an environment with peers.txt installed")
     parser.add_argument("--only", default="", help="measure rows whose name holds this; the others stay")
     chosen = parser.parse_args()
-    kept: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8")) if chosen.only else {"rows": []}
-    rows, now = {row["name"]: row for row in kept["rows"]}, machine(chosen.peers)
-    print(HEAD)
     contests = everything(chosen.peers)
-    for name, measure in contests.items():
-        if chosen.only in name:
-            rows[name] = {**measure(), "commit": now.get("commit")}
-            print(line(rows[name]), flush=True)
-    known = [rows[name] for name in contests if name in rows]
-    whole = kept if chosen.only else {"machine": now, "growth": growth()}
-    write({**whole, "rows": known})
+    asked = {name: measure for name, measure in contests.items() if chosen.only in name}
+    now, before = machine(chosen.peers), kept() if chosen.only else {"rows": []}
+    if chosen.only:
+        refuse_a_mixed_table(parser, asked, now, before)
+    rows = {row["name"]: row for row in before["rows"]}
+    print(HEAD)
+    for name, measure in asked.items():
+        rows[name] = {**measure(), "commit": now.get("commit")}
+        print(line(rows[name]), flush=True)
+    whole = before if chosen.only else {"machine": now, "growth": growth()}
+    write({**whole, "rows": [rows[name] for name in contests if name in rows]})
+
+
+def kept() -> dict[str, Any]:
+    """What was measured before."""
+    found: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
+    return found
+
+
+def refuse_a_mixed_table(
+    parser: argparse.ArgumentParser,
+    asked: Mapping[str, Any],
+    now: Mapping[str, Any],
+    before: Mapping[str, Any],
+) -> None:
+    """Ends with a message where `--only` would measure nothing, or what the rows beside it were not measured on."""
+    if not asked:
+        parser.error("--only: no row's name holds this; `results/speed.md` lists them")
+    if differs := differences(now, before["machine"]):
+        parser.error(f"--only: {', '.join(differs)} differ from the other rows' (is --peers missing?)")
 
 
 def write(measured: dict[str, Any]) -> None:

@@ -40,20 +40,21 @@ class Interrupting(NoUpkeep):
 
 
 class Stepper:
-    """Each call is one step of the loop."""
+    """Each call is one step of the loop, in the profile's own precision unless another is named."""
 
     def __init__(
         self,
         preset: str,
         *,
         exploring: bool,
-        precision: str,
+        precision: str | None = None,
         plain: bool = False,
         profile: str | None = None,
         device: torch.device = CPU,
     ) -> None:
         config, lived = preset_named(preset).config(profile), EXPLORED if exploring else TRAINED
-        config = with_settings(config, {"precision": precision, "exploration.seed_steps": str(lived)})
+        changes = {"precision": precision or config.precision, "exploration.seed_steps": str(lived)}
+        config = with_settings(config, changes)
         config = config.model_copy(update={"threads": torch.get_num_threads()})
         self.training = assemble(
             config,

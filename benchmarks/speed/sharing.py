@@ -76,7 +76,7 @@ def _train_and_draw() -> None:
     from trainer.segments import one_by_one
 
     torch.set_num_threads(1)
-    stepper = Stepper("walker-walk", exploring=False, precision="auto")
+    stepper = Stepper("walker-walk", exploring=False)
     config, pool = stepper.training.config, stepper.training.collector.pool
     assert isinstance(pool, EpisodePool)
     states = one_by_one(pool.episodes[0].states)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import re
 import sqlite3
 import subprocess
 import sys
@@ -66,10 +64,3 @@ def _stepped(database: Path) -> bool:
             return any(step > 0 for (step,) in connection.execute("SELECT step FROM runs"))
     except sqlite3.Error:
         return False
-
-
-def processor() -> str:
-    """The processor's name and how many of its cores this process may use."""
-    text = Path("/proc/cpuinfo").read_text(encoding="utf-8") if Path("/proc/cpuinfo").exists() else ""
-    found = re.search(r"model name\s*:\s*(.*)", text)
-    return f"{found.group(1) if found else 'unknown'}, {len(os.sched_getaffinity(0))} cores"

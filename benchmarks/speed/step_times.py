@@ -27,7 +27,7 @@ STEPS = 500
 
 def profile(preset: str, *, exploring: bool, plain: bool) -> dict[str, float]:
     """Milliseconds of one step by part; the profiler's own cost is spread as the parts' calls are."""
-    step = Stepper(preset, exploring=exploring, precision="float32" if plain else "auto", plain=plain)
+    step = Stepper(preset, exploring=exploring, precision="float32" if plain else None, plain=plain)
     began = time.perf_counter()
     _repeat(step)
     whole = 1e3 * (time.perf_counter() - began) / STEPS

@@ -96,7 +96,11 @@ def sliced_neighbours(size: int, count: int = 100_000, batch: int = 1024) -> Wor
 
 
 def loop(
-    preset: str, exploring: bool, precision: str = "auto", plain: bool = False, profile: str | None = None
+    preset: str,
+    exploring: bool,
+    precision: str | None = None,
+    plain: bool = False,
+    profile: str | None = None,
 ) -> Work:
     """One step of training: environment, memory, update; while exploring also the intrinsic reward."""
     from benchmarks.speed.loop import Stepper

@@ -76,11 +76,20 @@ def versions() -> dict[str, str]:
 
 
 def _commit() -> str:
-    """The commit that the code is at, marked where files differ from it; nothing outside a checkout."""
+    """The commit that the code is at, marked where files differ from it; nothing outside a checkout.
+
+    What benchmarks have written is no code.
+    """
     if not (CHECKOUT / ".git").exists():
         return ""
-    command = ["git", "-C", str(CHECKOUT), "describe", "--always", "--dirty", "--exclude=*"]
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        commit = _git("describe", "--always", "--exclude=*")
+        changed = _git("diff", "--name-only", "HEAD", "--", ".", ":!benchmarks/results")
     except (OSError, subprocess.CalledProcessError):
         return ""
+    return f"{commit}-dirty" if changed else commit
+
+
+def _git(*arguments: str) -> str:
+    command = ["git", "-C", str(CHECKOUT), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
