@@ -46,31 +46,29 @@ def model_flops(rows: int, *, learning: bool, width: int = 256, members: int = 3
 
 
 def sac_rows(peers: Path | None) -> list[Row]:
-    made = []
-    for width, batch in ((256, 256), (1024, 1024)):
-        for threads in (2, 1):
-            contestants = {
-                "ours": ours("sac", threads, width=width, batch=batch, precision="bfloat16"),
-                "ours float32": ours("sac", threads, width=width, batch=batch),
-                "autograd": ours("sac", threads, width=width, batch=batch, plain=True),
-            }
-            for name in ("sb3", "sbx") if peers else ():
-                assert peers is not None
-                contestants[name] = peer(peers, name, threads, width, batch)
-            aim = "≥ 1.7× sbx, ≥ 2.5× sb3" if width == 256 else "≥ 2.2× sbx, ≥ 70 % of limit"
-            made.append(
-                Row(
-                    f"SAC update, 2×{width}, batch {batch}, {threads} thread{'s' * (threads > 1)}",
-                    "/s",
-                    contestants,
-                    flops=sac_flops(width, batch),
-                    precision="bfloat16",
-                    threads=threads,
-                    rounds=5 if width == 256 else 3,
-                    reach=aim,
-                )
-            )
-    return made
+    small, large = "≥ 1.7× sbx, ≥ 2.5× sb3", "≥ 2.2× sbx, ≥ 70 % of limit"
+    sizes = ((256, 2, small), (256, 1, small), (1024, 2, large))
+    return [_sac_row(peers, width, threads, reach) for width, threads, reach in sizes]
+
+
+def _sac_row(peers: Path | None, width: int, threads: int, reach: str) -> Row:
+    """Two hidden layers and a batch of as many rows as they are wide."""
+    contestants = {
+        "ours": ours("sac", threads, width=width, batch=width, precision="bfloat16"),
+        "ours float32": ours("sac", threads, width=width, batch=width),
+        "autograd": ours("sac", threads, width=width, batch=width, plain=True),
+    }
+    theirs = {name: peer(peers, name, threads, width, width) for name in ("sb3", "sbx")} if peers else {}
+    return Row(
+        f"SAC update, 2×{width}, batch {width}, {threads} thread{'s' * (threads > 1)}",
+        "/s",
+        {**contestants, **theirs},
+        flops=sac_flops(width, width),
+        precision="bfloat16",
+        threads=threads,
+        rounds=4,
+        reach=reach,
+    )
 
 
 def neighbour_rows() -> list[Row]:

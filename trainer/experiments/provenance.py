@@ -26,6 +26,7 @@ PACKAGES = (
     "gymnasium",
     "metaworld",
     "stable-baselines3",
+    "pillow",
 )
 CHECKOUT = Path(__file__).parents[2]
 
