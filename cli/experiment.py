@@ -6,7 +6,7 @@ import json
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -38,13 +38,19 @@ def list_methods(*, as_json: bool) -> None:
     Console().print(table)
 
 
-def live_through(file: Path, data: DataFolder, parallel: int, *, as_json: bool) -> int:
+def live_through(file: Path, data: DataFolder, parallel: int, join: Sequence[Path], *, as_json: bool) -> int:
     """Run what is missing of the experiment; 0 unless a run failed. Ctrl-C stops with checkpoints."""
+    from trainer.experiments.file import ExperimentError
+    from trainer.experiments.joining import join_results
     from trainer.experiments.results import write_results
     from trainer.experiments.runner import run_experiment
 
     structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
     experiment = _read(file)
+    try:
+        join_results(experiment, data, join)
+    except ExperimentError as error:
+        raise UsageError(str(error)) from error
     leave = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: leave.set())
@@ -53,7 +59,8 @@ def live_through(file: Path, data: DataFolder, parallel: int, *, as_json: bool) 
     folder = write_results(experiment, data)
     result = {
         "experiment": experiment.name,
-        "runs": len(standing.runs),
+        "runs": standing.planned,
+        "joined": standing.joined,
         "finished": standing.finished,
         "failed": standing.failed,
         "results": str(folder),
@@ -116,7 +123,7 @@ def _display(experiment: Experiment, *, hidden: bool) -> Iterator[Callable[[Any]
         lines: dict[str, TaskID] = {}
 
         def show(standing: Any) -> None:
-            bars.update(whole, total=len(standing.runs), completed=standing.finished)
+            bars.update(whole, total=standing.planned, completed=standing.finished)
             alive = {run.id: run for run in standing.runs if run.state in ALIVE}
             for ended in lines.keys() - alive.keys():
                 bars.remove_task(lines.pop(ended))

@@ -154,13 +154,19 @@ def experiment(
     parallel: Annotated[
         int | None, typer.Option(min=1, help="Runs at a time, one thread each; by default one a core.")
     ] = None,
+    join: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FOLDER", help="Results of another machine: what finished there is not run again."
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Run methods × tasks × seeds; run it again after any end to go on."""
     from cli.experiment import live_through
     from trainer.cores import available_cores
 
-    sys.exit(live_through(file, data, parallel or available_cores(), as_json=json))
+    sys.exit(live_through(file, data, parallel or available_cores(), join or [], as_json=json))
 
 
 @app.command()

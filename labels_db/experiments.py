@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -155,12 +155,19 @@ def _text(value: str | float | bool) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def request_experiment(session: Session, experiment: Experiment) -> list[Run]:
+def request_experiment(
+    session: Session, experiment: Experiment, elsewhere: Collection[str] = frozenset()
+) -> list[Run]:
     """Every run of the experiment: finished ones as they are, ended ones asked for again, missing ones queued.
 
-    ConflictError where a run of that name was made with other settings.
+    A missing one that finished `elsewhere` is not asked for. ConflictError where a run of that name was made
+    with other settings.
     """
-    return [_requested(session, planned) for planned in experiment.planned()]
+    return [
+        _requested(session, planned)
+        for planned in experiment.planned()
+        if planned.run_id not in elsewhere or session.get(Run, planned.run_id) is not None
+    ]
 
 
 def _requested(session: Session, planned: PlannedRun) -> Run:

@@ -117,24 +117,19 @@ def budgets(figure: Budgets, drawing: Drawing) -> Path:
 def frame_strips(figure: Strips, drawing: Drawing) -> Path:
     """A row for each task and method: its best run, as its last policy does it."""
     rows = []
-    for task in drawing.tasks(figure.tasks):
-        for method in drawing.methods(figure.methods):
-            last = drawing.results.last(task, method, figure.measure)
-            if last:
-                best = max(last, key=lambda seed: last[seed])
-                title = f"{preset_named(task).title} · {method}"
-                rows.append((title, f"{drawing.experiment.name}-{task}-{method}-{best}"))
+    for task, method, runs in drawing.runs_here(figure):
+        last = drawing.results.last(task, method, figure.measure)
+        if ended := runs.keys() & last.keys():
+            title = f"{preset_named(task).title} · {method}"
+            rows.append((title, runs[max(ended, key=lambda seed: last[seed])]))
     return strips(rows, drawing.data, figure, drawing.path(figure))
 
 
 def queries(figure: Queries, drawing: Drawing) -> Path:
     """What the first seed of each method was asked in some of its sessions."""
-    experiment = drawing.experiment
-    tasks, methods = drawing.tasks(figure.tasks), drawing.methods(figure.methods)
     runs = [
-        (f"{one.task} · {one.compared.name}", one.run_id)
-        for one in experiment.planned()
-        if one.seed == experiment.seeds[0] and one.task in tasks and one.compared.name in methods
+        (f"{task} · {method}", next(iter(by_seed.values())))
+        for task, method, by_seed in drawing.runs_here(figure)
     ]
     return query_sheet(runs, drawing.data, figure.sessions, figure.queries, drawing.path(figure))
 

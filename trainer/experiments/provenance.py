@@ -40,7 +40,7 @@ def write_provenance(experiment: Experiment, data: DataFolder) -> None:
         "versions": _with_todays(folder / "versions.json"),
     }
     for name, value in written.items():
-        written_whole(folder / f"{name}.json", (json.dumps(value, indent=1) + "\n").encode())
+        _write(folder / f"{name}.json", value)
 
 
 def configurations(experiment: Experiment) -> dict[str, Any]:
@@ -51,9 +51,24 @@ def configurations(experiment: Experiment) -> dict[str, Any]:
     }
 
 
+def join_versions(experiment: Experiment, data: DataFolder, results: Path) -> None:
+    """Let the versions of other results have had a part in these too, in the order of their moments."""
+    path = results_folder(experiment, data) / "versions.json"
+    had = {json.dumps(one): one for one in [*_known(path), *_known(results / "versions.json")]}
+    _write(path, sorted(had.values(), key=lambda one: one["since"]))
+
+
+def _write(path: Path, value: Any) -> None:
+    written_whole(path, (json.dumps(value, indent=1) + "\n").encode())
+
+
+def _known(path: Path) -> list[dict[str, str]]:
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
+
+
 def _with_todays(path: Path) -> list[dict[str, str]]:
     """All versions that had a part in it, each with the moment since which it has."""
-    known: list[dict[str, str]] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
+    known = _known(path)
     today = versions()
     if known and {**known[-1], "since": ""} == {**today, "since": ""}:
         return known

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,9 @@ from labels_db.feedback_progress import feedback_progress_of
 from labels_db.models import Run, RunState
 from labels_db.records import evaluations_of
 
+JOINED = "joined.parquet"
+Row = dict[str, Any]
+"""What one evaluation found, and of which run."""
 Curve = list[tuple[int, float]]
 """(step, value) of every evaluation of one run."""
 
@@ -28,15 +31,43 @@ def results_folder(experiment: Experiment, data: DataFolder) -> Path:
 
 
 def write_results(experiment: Experiment, data: DataFolder) -> Path:
-    """Everything recorded so far of the experiment's runs; returns the folder."""
+    """Everything recorded so far of the experiment's runs, and what was joined; returns the folder.
+
+    A run that is here as well as joined is told of as it is here.
+    """
     folder = results_folder(experiment, data)
-    rows = list(_rows(experiment, data))
+    own = list(_rows(experiment, data))
+    here = {row["run"] for row in own}
+    _write(
+        folder / "results.parquet",
+        [*own, *(r for r in joined_rows(experiment, data) if r["run"] not in here)],
+    )
+    return folder
+
+
+def joined_rows(experiment: Experiment, data: DataFolder) -> list[Row]:
+    """What was taken from other results, of the runs that the experiment plans now."""
+    path = results_folder(experiment, data) / JOINED
+    return _planned(experiment, path) if path.exists() else []
+
+
+def write_joined(experiment: Experiment, data: DataFolder, rows: Sequence[Row]) -> None:
+    """Instead of what had been taken before."""
+    _write(results_folder(experiment, data) / JOINED, rows)
+
+
+def _write(path: Path, rows: Sequence[Row]) -> None:
     if rows:
         columns = dict.fromkeys(name for row in rows for name in row)  # a task's own measures too
         file = io.BytesIO()
         pq.write_table(pa.table({name: [row.get(name) for row in rows] for name in columns}), file)
-        written_whole(folder / "results.parquet", file.getvalue())
-    return folder
+        written_whole(path, file.getvalue())
+
+
+def _planned(experiment: Experiment, path: Path) -> list[Row]:
+    """Of a file's rows those of runs that the experiment plans now; FileNotFoundError."""
+    planned = {one.run_id for one in experiment.planned()}
+    return [row for row in pq.read_table(path).to_pylist() if row["run"] in planned]
 
 
 def written_whole(path: Path, content: bytes) -> None:
@@ -46,7 +77,7 @@ def written_whole(path: Path, content: bytes) -> None:
     partial.replace(path)
 
 
-def _rows(experiment: Experiment, data: DataFolder) -> Iterator[dict[str, Any]]:
+def _rows(experiment: Experiment, data: DataFolder) -> Iterator[Row]:
     database = data.open_database()
     with database.read() as session:
         runs = runs_of_experiment(session, experiment.name)
@@ -58,7 +89,7 @@ def _rows(experiment: Experiment, data: DataFolder) -> Iterator[dict[str, Any]]:
     database.close()
 
 
-def _of_the_run(run: Run) -> dict[str, Any]:
+def _of_the_run(run: Run) -> Row:
     return {
         "run": run.id,
         "task": run.preset,
@@ -73,15 +104,13 @@ def _of_the_run(run: Run) -> dict[str, Any]:
 class Results:
     """The rows of an experiment, by task, method and seed."""
 
-    def __init__(self, rows: list[dict[str, Any]]) -> None:
+    def __init__(self, rows: list[Row]) -> None:
         self.rows = rows
 
     @classmethod
     def read(cls, folder: Path, experiment: Experiment) -> Results:
         """Of the runs that the experiment plans now; FileNotFoundError where no results have been written yet."""
-        planned = {one.run_id for one in experiment.planned()}
-        rows = pq.read_table(folder / "results.parquet").to_pylist()
-        return cls([row for row in rows if row["run"] in planned])
+        return cls(_planned(experiment, folder / "results.parquet"))
 
     def curves(self, task: str, method: str, measure: str) -> Mapping[int, Curve]:
         """Each seed's curve."""
@@ -111,8 +140,8 @@ class Results:
         by_seed = {row["seed"]: row["answers"] for row in self._finished(task, method)}
         return float(sum(by_seed.values())) / max(len(by_seed), 1)
 
-    def _finished(self, task: str, method: str) -> list[dict[str, Any]]:
+    def _finished(self, task: str, method: str) -> list[Row]:
         return [row for row in self._of(task, method) if row["state"] == RunState.FINISHED]
 
-    def _of(self, task: str, method: str) -> Iterator[dict[str, Any]]:
+    def _of(self, task: str, method: str) -> Iterator[Row]:
         return (row for row in self.rows if (row["task"], row["method"]) == (task, method))

@@ -15,6 +15,7 @@ from labels_db.database import Database
 from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
 from labels_db.models import Run, RunState
 from trainer.experiments.provenance import write_provenance
+from trainer.experiments.results import joined_rows
 from trainer.launcher import LocalLauncher
 from trainer.supervisor import LOOK_SECONDS, Supervisor
 
@@ -23,9 +24,14 @@ OVER = {RunState.FINISHED, RunState.FAILED, RunState.STOPPED}
 
 @dataclass(frozen=True)
 class Standing:
-    """Every run of the experiment at this moment."""
+    """Every run of the experiment at this moment: those here, and how many were joined from other results."""
 
     runs: Sequence[Run]
+    joined: int
+
+    @property
+    def planned(self) -> int:
+        return len(self.runs) + self.joined
 
     @property
     def over(self) -> bool:
@@ -37,7 +43,7 @@ class Standing:
 
     @property
     def finished(self) -> int:
-        return sum(run.state is RunState.FINISHED for run in self.runs)
+        return sum(run.state is RunState.FINISHED for run in self.runs) + self.joined
 
 
 def run_experiment(
@@ -51,7 +57,7 @@ def run_experiment(
     """Until every run has ended or `leave` is set; then each run under way writes its checkpoint."""
     database = data.open_database()
     with database.write() as session:
-        request_experiment(session, experiment)
+        request_experiment(session, experiment, {row["run"] for row in joined_rows(experiment, data)})
     if not _standing(database, experiment).over:  # what finished long ago was by the versions of then
         write_provenance(experiment, data)
     supervisor = Supervisor(data, database, LocalLauncher(data), parallel, leave, experiment=experiment.name)
@@ -70,4 +76,5 @@ def run_experiment(
 def _standing(database: Database, experiment: Experiment) -> Standing:
     names = {planned.run_id for planned in experiment.planned()}
     with database.read() as session:
-        return Standing([run for run in runs_of_experiment(session, experiment.name) if run.id in names])
+        runs = [run for run in runs_of_experiment(session, experiment.name) if run.id in names]
+    return Standing(runs, joined=len(names) - len(runs))
