@@ -79,3 +79,11 @@ def lab(tmp_path: Path) -> Iterator[Lab]:
     made = new_lab(tmp_path / "data")
     yield made
     made.database.close()
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Lab:
+    lab = new_lab(tmp_path_factory.mktemp("undisturbed"))
+    lab.request(small_config())
+    assert lab.live() is RunState.FINISHED
+    return lab

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import signal
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,7 +12,7 @@ from typing import Any
 import pytest
 from sqlalchemy import select
 
-from labels_db.claims import Claim
+from labels_db.claims import Claim, attempt_died
 from labels_db.models import Answer, Fit, Metric, Query, QueryScore, RunState, Segment
 from labels_db.records import evaluations_of
 from labels_db.run_config import RunConfig
@@ -109,3 +112,31 @@ def _end(config: RunConfig, folder: Path, stop_at: int | None) -> End:
     end = End(rows(lab), weights(lab))
     lab.database.close()
     return end
+
+
+def die_after_checkpoints(path: Path, run_id: str, attempt: int, count: int) -> None:
+    """Live the run in this process, and be killed right after its n-th checkpoint, somewhere in training."""
+    save, saved = RecordedUpkeep.save, []
+
+    def dying_save(self: RecordedUpkeep, training: Any, **options: Any) -> None:
+        save(self, training, **options)
+        saved.append(training.step)
+        if len(saved) == count:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    RecordedUpkeep.save = dying_save  # type: ignore[method-assign]
+    lab = new_lab(path)
+    Attempt(lab.data, Claim(run_id, attempt)).live()
+
+
+def kill_and_go_on(lab: Lab, target: Any, *arguments: Any) -> None:
+    claim = lab.claim()
+    process = multiprocessing.get_context("spawn").Process(
+        target=target, args=(lab.data.path, RUN, claim.attempt, *arguments)
+    )
+    process.start()
+    process.join()
+    assert process.exitcode == -signal.SIGKILL
+    with lab.database.write() as session:
+        attempt_died(session, claim, "killed by a test")
+    assert lab.live() is RunState.FINISHED
