@@ -17,6 +17,7 @@ MENDABLE = {
     "SettingError",
     "ArtifactError",
     "CheckpointError",
+    "ExperimentError",
     "ExportError",
     "PortTakenError",
     "RenderingError",

@@ -40,23 +40,20 @@ def list_methods(*, as_json: bool) -> None:
 
 def live_through(file: Path, data: DataFolder, parallel: int, join: Sequence[Path], *, as_json: bool) -> int:
     """Run what is missing of the experiment; 0 unless a run failed. Ctrl-C stops with checkpoints."""
-    from trainer.experiments.file import ExperimentError
+    from trainer.experiments.file import read_experiment
     from trainer.experiments.joining import join_results
-    from trainer.experiments.results import write_results
+    from trainer.experiments.results import results_folder
     from trainer.experiments.runner import run_experiment
 
     structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
-    experiment = _read(file)
-    try:
-        join_results(experiment, data, join)
-    except ExperimentError as error:
-        raise UsageError(str(error)) from error
+    experiment = read_experiment(file)
+    join_results(experiment, data, join)
     leave = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: leave.set())
     with _display(experiment, hidden=as_json) as show:
         standing = run_experiment(experiment, data, parallel=parallel, leave=leave, show=show)
-    folder = write_results(experiment, data)
+    folder = results_folder(experiment, data)
     result = {
         "experiment": experiment.name,
         "runs": standing.planned,
@@ -72,9 +69,10 @@ def live_through(file: Path, data: DataFolder, parallel: int, join: Sequence[Pat
 def plot(file: Path, data: DataFolder, out: Path | None, kept: Path | None = None) -> None:
     """Draw the experiment's figures from its results, or those that kept results are enough for."""
     from trainer.experiments.figures import draw_all
+    from trainer.experiments.file import read_experiment
     from trainer.experiments.results import Results, write_results
 
-    experiment = _read(file)
+    experiment = read_experiment(file)
     folder = kept or write_results(experiment, data)
     try:
         results = Results.read(folder, experiment)
@@ -90,19 +88,11 @@ def plot(file: Path, data: DataFolder, out: Path | None, kept: Path | None = Non
         raise UsageError(str(error)) from error
 
 
-def _read(file: Path) -> Experiment:
-    from trainer.experiments.file import ExperimentError, read_experiment
-
-    try:
-        return read_experiment(file)
-    except ExperimentError as error:
-        raise UsageError(str(error)) from error
-
-
 def _sentence(result: dict[str, Any]) -> str:
+    joined = f" ({result['joined']} of them elsewhere)" if result["joined"] else ""
     failed = f" Failed: {', '.join(result['failed'])}." if result["failed"] else ""
     return (
-        f"{result['experiment']}: {result['finished']} of {result['runs']} runs finished.{failed}"
+        f"{result['experiment']}: {result['finished']} of {result['runs']} runs finished{joined}.{failed}"
         f" Results in {result['results']}"
     )
 

@@ -105,7 +105,7 @@ def _say(console: Console, result: Mapping[str, Any]) -> None:
         f"{result['state'].capitalize()} at step {result['steps']:,} with {result['answers']} answers."
     )
     if result["return"] is not None:
-        measures = "".join(f", {name} {value:.1f}" for name, value in result["measures"].items())
+        measures = "".join(f", {name} {value:.3g}" for name, value in result["measures"].items())
         console.print(f"Return of the last evaluation: {result['return']:.1f}{measures}")
     if result["error"]:
         console.print(f"[red]{result['error']}[/red]")

@@ -19,7 +19,7 @@ from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from labels_db.run_config import RunConfig
 from labels_db.run_config.base import Config
-from labels_db.runs import id_part, request_run, resume_run
+from labels_db.runs import id_part, request_run, resume_run, stop_run
 
 Settings = dict[str, str | int | float | bool]
 
@@ -160,14 +160,20 @@ def request_experiment(
 ) -> list[Run]:
     """Every run of the experiment: finished ones as they are, ended ones asked for again, missing ones queued.
 
-    A missing one that finished `elsewhere` is not asked for. ConflictError where a run of that name was made
-    with other settings.
+    Those that are done `elsewhere` wait for nothing here any more. ConflictError where a run of that name was
+    made with other settings.
     """
-    return [
-        _requested(session, planned)
-        for planned in experiment.planned()
-        if planned.run_id not in elsewhere or session.get(Run, planned.run_id) is not None
-    ]
+    for run_id in elsewhere:
+        run = session.get(Run, run_id)
+        if run is not None and run.state in {RunState.QUEUED, RunState.INTERRUPTED}:
+            stop_run(session, run_id)
+    return [_requested(session, one) for one in experiment.planned() if one.run_id not in elsewhere]
+
+
+def done_elsewhere(session: Session, joined: Collection[str]) -> set[str]:
+    """Of the runs joined from other results those that count as they went there: all that have not finished here."""
+    here = select(Run.id).where(Run.id.in_(joined), Run.state == RunState.FINISHED)
+    return set(joined) - set(session.scalars(here))
 
 
 def _requested(session: Session, planned: PlannedRun) -> Run:

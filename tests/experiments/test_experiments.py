@@ -157,7 +157,7 @@ def test_versions_are_kept_with_the_moment_since_which_they_had_a_part(
     experiment, data = Experiment.model_validate(SAYS), DataFolder(tmp_path)
     for torch in ("1", "1", "2"):
         monkeypatch.setattr(provenance, "versions", lambda torch=torch: {"torch": torch})
-        provenance.write_provenance(experiment, data)
+        provenance.write_versions(experiment, data)
     kept = json.loads((tmp_path / "experiments" / "tiny" / "versions.json").read_text())
     assert [one["torch"] for one in kept] == ["1", "2"]
     assert kept[0]["since"] <= kept[1]["since"]

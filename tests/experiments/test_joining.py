@@ -7,17 +7,22 @@ import shutil
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 import yaml
 
 from labels_db.data_folder import DataFolder
-from labels_db.experiments import Experiment, runs_of_experiment
+from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
+from labels_db.models import RunState
 from trainer.experiments.file import ExperimentError
 from trainer.experiments.joining import join_results
-from trainer.experiments.results import Results, write_results
+from trainer.experiments.provenance import kept_versions
+from trainer.experiments.results import Results
 from trainer.experiments.runner import Standing, run_experiment
 
 SETTINGS = {
@@ -48,22 +53,16 @@ def saying(**changes: Any) -> Experiment:
 
 
 def lived(experiment: Experiment, data: DataFolder) -> Standing:
-    """Lived through here to its end, its results written."""
-    standing = run_experiment(experiment, data, parallel=1, leave=threading.Event(), show=lambda _: None)
-    write_results(experiment, data)
-    return standing
+    """Lived through here to its end."""
+    return run_experiment(experiment, data, parallel=1, leave=threading.Event(), show=lambda _: None)
 
 
-def run_ids(data: DataFolder) -> list[str]:
+def states(data: DataFolder) -> dict[str, RunState]:
     database = data.open_database()
     with database.read() as session:
-        found = [run.id for run in runs_of_experiment(session, "parts")]
+        found = {run.id: run.state for run in runs_of_experiment(session, "parts")}
     database.close()
     return found
-
-
-def versions(results: Path) -> Any:
-    return json.loads((results / "versions.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -72,9 +71,29 @@ def there(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("there")
     data = DataFolder(folder / "data")
     assert lived(saying(seeds=[1]), data).finished == 1
-    shutil.move(data.path / "experiments" / "parts", folder / "results")
+    shutil.move(results_of(data), folder / "results")
     shutil.rmtree(data.path)
     return folder / "results"
+
+
+def results_of(data: DataFolder) -> Path:
+    return data.path / "experiments" / "parts"
+
+
+def copied(there: Path, to: Path, alter: Callable[[dict[str, Any]], dict[str, Any]]) -> Path:
+    """Results as another machine might have them."""
+    shutil.copytree(there, to)
+    rows = pq.read_table(there / "results.parquet").to_pylist()
+    pq.write_table(pa.Table.from_pylist([{**row, **alter(row)} for row in rows]), to / "results.parquet")
+    return to
+
+
+def of_seed(seed: int, **changes: Any) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    def altered(row: dict[str, Any]) -> dict[str, Any]:
+        config = json.dumps({**json.loads(row["config"]), "seed": seed})
+        return {"run": f"parts-cartpole-swingup-sac-{seed}", "seed": seed, "config": config, **changes}
+
+    return altered
 
 
 def test_what_finished_elsewhere_is_not_lived_again_and_counts(there: Path, tmp_path: Path) -> None:
@@ -82,8 +101,8 @@ def test_what_finished_elsewhere_is_not_lived_again_and_counts(there: Path, tmp_
     file.write_text(yaml.safe_dump(SAYS), encoding="utf-8")
     said = pebble("experiment", file, "--data", data.path, "--join", there, "--json")
     assert json.loads(said).items() >= {"runs": 2, "finished": 2, "joined": 1}.items()
-    assert run_ids(data) == ["parts-cartpole-swingup-sac-2"]
-    whole = Results.read(data.path / "experiments" / "parts", saying())
+    assert set(states(data)) == {"parts-cartpole-swingup-sac-2"}
+    whole = Results.read(results_of(data), saying())
     assert whole.curves(*ASKED)[1] == Results.read(there, saying()).curves(*ASKED)[1]
     assert set(whole.last(*ASKED)) == {1, 2}
     pebble("plot", file, "--data", data.path, "--out", tmp_path)  # strips too, of the run that is here
@@ -96,34 +115,83 @@ def pebble(*arguments: object) -> str:
     return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, timeout=120).stdout
 
 
-def test_joined_results_and_their_versions_stay(there: Path, tmp_path: Path) -> None:
-    experiment, data = saying(seeds=[1]), DataFolder(tmp_path)
-    join_results(experiment, data, [there, there])
-    for _ in range(2):
-        join_results(experiment, data, [])
-        assert lived(experiment, data).joined == 1
-    assert run_ids(data) == []
-    results = data.path / "experiments" / "parts"
-    assert Results.read(results, experiment).rows == Results.read(there, experiment).rows
-    assert versions(results) == versions(there)
+def test_what_waited_here_and_finished_elsewhere_is_not_lived(there: Path, tmp_path: Path) -> None:
+    """As where this machine had begun with the first seed, and left the others to a second one."""
+    data = DataFolder(tmp_path / "data")
+    database = data.open_database()
+    with database.write() as session:
+        request_experiment(session, saying())
+    database.close()
+    join_results(saying(), data, [there, copied(there, tmp_path / "second", of_seed(2))])
+    assert (standing := lived(saying(), data)).finished == standing.planned == standing.joined == 2
+    assert set(states(data).values()) == {RunState.STOPPED}
+    assert set(Results.read(results_of(data), saying()).last(*ASKED)) == {1, 2}
 
 
-def test_a_run_that_is_here_is_told_of_as_it_is_here(tmp_path: Path) -> None:
-    experiment, data = saying(seeds=[2]), DataFolder(tmp_path)
+def test_what_is_joined_stays_whatever_is_planned_meanwhile(there: Path, tmp_path: Path) -> None:
+    """And a folder that only joined can itself be joined."""
+    data = DataFolder(tmp_path / "data")
+    join_results(saying(), data, [there, copied(there, tmp_path / "second", of_seed(2)), there])
+    for seeds in ([2], [1, 2]):
+        assert lived(saying(seeds=seeds), data).joined == len(seeds)
+    assert states(data) == {}
+    onward = DataFolder(tmp_path / "onward")
+    join_results(saying(seeds=[2, 1]), onward, [results_of(data)])
+    assert lived(saying(), onward).joined == 2
+    last = Results.read(there, saying()).last(*ASKED)[1]
+    assert Results.read(results_of(onward), saying()).last(*ASKED) == {1: last, 2: last}
+
+
+def test_only_what_finished_is_joined(there: Path, tmp_path: Path) -> None:
+    unfinished = copied(there, tmp_path / "unfinished", of_seed(1, state="running"))
+    with pytest.raises(ExperimentError, match="unfinished: holds no finished run of experiment 'parts'"):
+        join_results(saying(), DataFolder(tmp_path), [there, unfinished])
+    assert not list(tmp_path.glob("experiments/*/*"))  # of the first folder neither
+
+
+def test_a_run_that_finished_here_is_told_of_as_it_went_here(there: Path, tmp_path: Path) -> None:
+    experiment, data = saying(seeds=[2]), DataFolder(tmp_path / "data")
     lived(experiment, data)
-    join_results(experiment, data, [data.path / "experiments" / "parts"])
+    here = Results.read(results_of(data), experiment).rows
+    join_results(experiment, data, [copied(there, tmp_path / "other", of_seed(2, **{"return": -1.0}))])
     assert lived(experiment, data).joined == 0
-    rows = Results.read(data.path / "experiments" / "parts", experiment).rows
-    assert [row["step"] for row in rows] == [150, 300]
+    assert Results.read(results_of(data), experiment).rows == here
+
+
+def test_versions_that_had_a_part_are_told_in_their_order(there: Path, tmp_path: Path) -> None:
+    (theirs,) = kept_versions(there)
+    older = copied(there, tmp_path / "older", of_seed(2))
+    (older / "versions.json").write_text(json.dumps([{**theirs, "since": "2020", "torch": "1.0"}]))
+    data = DataFolder(tmp_path / "data")
+    join_results(saying(), data, [there, older])
+    lived(saying(), data)
+    assert [one["torch"] for one in kept_versions(results_of(data))] == ["1.0", theirs["torch"]]
 
 
 def test_other_settings_are_not_joined(there: Path, tmp_path: Path) -> None:
     other, data = saying(settings={**SETTINGS, "agent.width": 32}), DataFolder(tmp_path)
-    with pytest.raises(ExperimentError, match=r"sac-1 was run with other settings \(agent.width\)"):
+    with pytest.raises(ExperimentError, match=r"sac-1 was run with other settings \(agent.width\); give"):
         join_results(other, data, [there])
     assert not list(data.path.glob("**/*.parquet"))
 
 
-def test_a_folder_without_results_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ExperimentError, match="empty: holds no results that could be joined"):
-        join_results(saying(), DataFolder(tmp_path), [tmp_path / "empty"])
+def test_settings_that_change_once_it_is_joined_are_refused(there: Path, tmp_path: Path) -> None:
+    data = DataFolder(tmp_path)
+    join_results(saying(), data, [there])
+    with pytest.raises(
+        ExperimentError, match=r"joined results: .*-1 was run with other settings \(total_steps\)"
+    ):
+        lived(saying(settings={**SETTINGS, "total_steps": 400}), data)
+    assert states(data) == {}
+
+
+@pytest.mark.parametrize("name", ["nothing", "foreign", "garbled"])
+def test_what_is_no_folder_of_results_is_named(there: Path, tmp_path: Path, name: str) -> None:
+    if name != "nothing":
+        shutil.copytree(there, tmp_path / name)
+    if name == "foreign":
+        pq.write_table(pa.table({"a": [1]}), tmp_path / name / "results.parquet")
+    if name == "garbled":
+        (tmp_path / name / "versions.json").write_text("{}")
+    with pytest.raises(ExperimentError, match=f"{name}: is no folder of results to join; give DATA/exp"):
+        join_results(saying(), DataFolder(tmp_path / "data"), [tmp_path / name])

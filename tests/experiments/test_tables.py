@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from labels_db.data_folder import DataFolder
-from labels_db.experiments import Experiment
+from labels_db.experiments import Experiment, request_experiment
 from labels_db.figures import Differences, Ends, Strips
+from labels_db.models import RunState
 from trainer.evaluation import EvaluatedEpisode
 from trainer.experiments import figures
 from trainer.experiments.drawing import Drawing
@@ -38,7 +39,17 @@ def finished(method: str, returns: Iterable[float], answers: int = 0) -> list[di
 
 
 def drawing(rows: list[dict[str, Any]], folder: Path) -> Drawing:
-    return Drawing(Experiment.model_validate(SAYS), Results(rows), DataFolder(folder), folder)
+    experiment = Experiment.model_validate({**SAYS, "seeds": [1, 2, 3]})
+    return Drawing(experiment, Results(rows), DataFolder(folder), folder)
+
+
+def lived_here(folder: Path, seeds: list[int]) -> None:
+    """The data folder has these runs, finished; what results know of others was joined."""
+    database = DataFolder(folder).open_database()
+    with database.write() as session:
+        for run in request_experiment(session, Experiment.model_validate({**SAYS, "seeds": seeds})):
+            run.state = RunState.FINISHED
+    database.close()
 
 
 def cells(path: Path) -> list[list[str]]:
@@ -73,16 +84,18 @@ def test_a_figure_keeps_to_its_tasks(tmp_path: Path) -> None:
 def test_the_best_run_is_so_by_the_figure_s_measure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shown: list[tuple[str, str]] = []
     monkeypatch.setattr(figures, "strips", lambda rows, *_: shown.extend(rows))
-    rows = finished("sac", [9, 3]) + finished("pebble", [5, 6])
+    lived_here(tmp_path, seeds=[1, 2])
+    rows = finished("sac", [9, 3, 99]) + finished("pebble", [5, 6])
     for row in rows:
         row["turns"] = -row["return"] if row["method"] == "sac" else None
     for measure in ("return", "turns"):
         figures.frame_strips(Strips(file="strips", measure=measure), drawing(rows, tmp_path))
     assert [run for _, run in shown] == [
-        "two-cartpole-swingup-sac-1",
+        "two-cartpole-swingup-sac-1",  # the third seed's run is not here
         "two-cartpole-swingup-pebble-2",
         "two-cartpole-swingup-sac-2",
     ]
+    assert [title.split(" · ")[-1] for title, _ in shown] == ["sac, seed 1", "pebble, seed 2", "sac, seed 2"]
 
 
 def test_pairs_that_never_meet_on_a_task_are_left_out(tmp_path: Path) -> None:
@@ -97,6 +110,15 @@ def test_pairs_that_never_meet_on_a_task_are_left_out(tmp_path: Path) -> None:
 def test_an_episode_came_to_its_return_or_to_a_measure() -> None:
     episode = EvaluatedEpisode(seed=1, true_return=3.0, measures={"turns": 7.0}, states=np.empty((0, 1)))
     assert [_came_to(episode, measure) for measure in ("return", "turns")] == [3.0, 7.0]
+
+
+def test_rates_keep_two_digits(tmp_path: Path) -> None:
+    rows = finished("sac", [0.25, 0.31]) + finished("pebble", [0.5, 0.44])
+    _, sac, _ = cells(ends(Ends(file="ends"), drawing(rows, tmp_path)))
+    assert sac[4:6] == ["0.25, 0.31", "0.28"]
+    figure = Differences(file="claims", pairs=[("pebble", "sac")])
+    _, row = cells(differences(figure, drawing(rows, tmp_path)))
+    assert row[5] == "+0.19"
 
 
 def test_without_published_figures_there_is_no_share(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def test_while_relabelling_it_is_seen_to_live_and_hears_of_a_stop(
 ) -> None:
     """Nobody looks on its behalf: what beats and listens is the run's other thread."""
     lab.request(small_config())
-    relabel, beats, late = ReplayBuffer.relabel, set(), time.monotonic() + 300
+    relabel, beats, late = ReplayBuffer.relabel, set(), time.monotonic() + 200
 
     def observe() -> None:
         with lab.database.read() as session:

@@ -10,6 +10,7 @@ from pathlib import Path
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment, runs_of_experiment
 from labels_db.figures import Figure, Queries, Strips
+from labels_db.models import Run
 from trainer.experiments.results import Results
 
 COLOURS = ("#2b6cb0", "#c05621", "#2f855a", "#805ad5", "#b83280", "#718096", "#975a16", "#00838f", "#c53030")
@@ -37,19 +38,17 @@ class Drawing:
     def tasks(self, wanted: list[str] | None) -> list[str]:
         return wanted or self.experiment.tasks
 
-    def runs_here(self, figure: Strips | Queries) -> Iterator[tuple[str, str, dict[int, str]]]:
-        """Of each task and method shown, the runs by seed that the data folder has: joined ones are only results."""
+    def runs_here(self, figure: Strips | Queries) -> Iterator[tuple[str, str, dict[int, Run]]]:
+        """Of each task and method shown, the runs by seed that the data folder has: of joined ones it has results."""
         database = self.data.open_database()
         with database.read() as session:
-            here = {run.id for run in runs_of_experiment(session, self.experiment.name)}
+            here = {run.id: run for run in runs_of_experiment(session, self.experiment.name)}
         database.close()
         planned = [one for one in self.experiment.planned() if one.run_id in here]
         for task, method in product(self.tasks(figure.tasks), self.methods(figure.methods)):
-            runs = {
-                one.seed: one.run_id for one in planned if (one.task, one.compared.name) == (task, method)
-            }
-            if runs:
-                yield task, method, runs
+            same = [one for one in planned if (one.task, one.compared.name) == (task, method)]
+            if same:
+                yield task, method, {one.seed: here[one.run_id] for one in same}
 
     def compared_on(self, task: str) -> set[str]:
         """Methods that do not keep to other tasks."""

@@ -14,6 +14,7 @@ import numpy as np
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
 from labels_db.figures import Budgets, Curves, Differences, Ends, Figure, Queries, Strips
+from labels_db.models import RunState
 from labels_db.presets import preset_named
 from trainer.experiments.drawing import COLOURS, Drawing
 from trainer.experiments.pictures import query_sheet, strips
@@ -115,22 +116,23 @@ def budgets(figure: Budgets, drawing: Drawing) -> Path:
 
 
 def frame_strips(figure: Strips, drawing: Drawing) -> Path:
-    """A row for each task and method: its best run, as its last policy does it."""
+    """A row for each task and method: the best run that finished here, as its last policy does it."""
     rows = []
     for task, method, runs in drawing.runs_here(figure):
         last = drawing.results.last(task, method, figure.measure)
-        if ended := runs.keys() & last.keys():
-            title = f"{preset_named(task).title} · {method}"
-            rows.append((title, runs[max(ended, key=lambda seed: last[seed])]))
+        ended = [seed for seed in last if seed in runs and runs[seed].state is RunState.FINISHED]
+        if ended:
+            best = max(ended, key=lambda seed: last[seed])
+            rows.append((f"{preset_named(task).title} · {method}, seed {best}", runs[best].id))
     return strips(rows, drawing.data, figure, drawing.path(figure))
 
 
 def queries(figure: Queries, drawing: Drawing) -> Path:
-    """What the first seed of each method was asked in some of its sessions."""
-    runs = [
-        (f"{task} · {method}", next(iter(by_seed.values())))
-        for task, method, by_seed in drawing.runs_here(figure)
-    ]
+    """What the first seed here of each method was asked in some of its sessions."""
+    runs = []
+    for task, method, by_seed in drawing.runs_here(figure):
+        seed, run = next(iter(by_seed.items()))
+        runs.append((f"{task} · {method}, seed {seed}", run.id))
     return query_sheet(runs, drawing.data, figure.sessions, figure.queries, drawing.path(figure))
 
 

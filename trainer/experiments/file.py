@@ -11,7 +11,7 @@ from labels_db.experiments import Experiment, PlannedRun
 
 
 class ExperimentError(Exception):
-    """The file does not say an experiment; the message says where and what."""
+    """The experiment cannot be lived through as asked; the message says where and what."""
 
 
 def read_experiment(path: Path) -> Experiment:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
@@ -15,54 +13,62 @@ from labels_db.experiments import Experiment, PlannedRun
 from labels_db.models import RunState
 from labels_db.run_config import RunConfig
 from trainer.experiments.file import ExperimentError
-from trainer.experiments.provenance import join_versions
-from trainer.experiments.results import Results, Row, joined_rows, write_joined
+from trainer.experiments.provenance import Versions, join_versions, kept_versions
+from trainer.experiments.results import Results, Row, add_joined, joined_rows
 
 
 def join_results(experiment: Experiment, data: DataFolder, folders: Sequence[Path]) -> None:
-    """Take the finished runs of those results, so that they are not lived through here again.
+    """Take the finished runs of those results folders, so that they are not lived through here.
 
-    The first folder that has a run is the one believed. ExperimentError, and nothing taken, where a folder
-    has no results or its runs had other settings.
+    Of a run that several have the last one's counts. ExperimentError, and nothing taken, where a folder has none
+    or its runs had other settings.
     """
-    parts = [joined_rows(experiment, data), *(_finished(experiment, folder) for folder in folders)]
-    write_joined(experiment, data, list(_each_run_once(parts)))
-    for folder in folders:
-        join_versions(experiment, data, folder)
+    for rows, versions in [_part(experiment, folder) for folder in folders]:
+        join_versions(experiment, data, versions)
+        add_joined(experiment, data, rows)
 
 
-def _each_run_once(parts: Sequence[Sequence[Row]]) -> Iterator[Row]:
-    seen: set[str] = set()
-    for rows in parts:
-        yield from (row for row in rows if row["run"] not in seen)
-        seen |= {row["run"] for row in rows}
+def joined_runs(experiment: Experiment, data: DataFolder) -> set[str]:
+    """What has been joined of the runs planned; ExperimentError where one had other settings than it has now."""
+    planned = {one.run_id for one in experiment.planned()}
+    rows = [row for row in joined_rows(experiment, data) if row["run"] in planned]
+    _check(experiment, rows, "joined results")
+    return {row["run"] for row in rows}
 
 
-def _finished(experiment: Experiment, folder: Path) -> list[Row]:
-    """Its rows of finished runs that the experiment plans, every one with the settings planned."""
+def _part(experiment: Experiment, folder: Path) -> tuple[list[Row], Versions]:
+    """The rows of finished runs that the experiment plans, and the versions that lived through them."""
     try:
         rows = Results.read(folder, experiment).rows
-        configs = json.loads((folder / "configurations.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ExperimentError(f"{folder}: holds no results that could be joined: {error}") from error
-    rows = [row for row in rows if row["state"] == RunState.FINISHED]
-    for planned in _examples(experiment, {(row["task"], row["method"]) for row in rows}):
-        _check(planned, configs, folder)
-    return rows
+        versions = kept_versions(folder)
+        finished = [row for row in rows if row["state"] == RunState.FINISHED]
+    except (OSError, ValueError, KeyError) as error:
+        raise ExperimentError(f"{folder}: {_NO_RESULTS} ({error})") from error
+    if not finished:
+        raise ExperimentError(f"{folder}: holds no finished run of experiment {experiment.name!r}")
+    _check(experiment, finished, str(folder))
+    return finished, versions
 
 
-def _examples(experiment: Experiment, had: set[tuple[str, str]]) -> Iterator[PlannedRun]:
-    """Of each task and method the first seed's run, whose settings are kept beside results."""
-    for one in experiment.planned():
-        if one.seed == experiment.seeds[0] and (one.task, one.compared.name) in had:
-            yield one
+_NO_RESULTS = "is no folder of results to join; give DATA/experiments/NAME of the other machine"
 
 
-def _check(planned: PlannedRun, configs: Mapping[str, Any], folder: Path) -> None:
+def _check(experiment: Experiment, rows: Sequence[Row], place: str) -> None:
+    configs = {row["run"]: row.get("config") for row in rows}
+    for planned in experiment.planned():
+        if planned.run_id in configs and (differing := _differing(planned, configs[planned.run_id])):
+            raise ExperimentError(
+                f"{place}: {planned.run_id} was run with other settings ({differing});"
+                " give the experiment another name"
+            )
+
+
+def _differing(planned: PlannedRun, config: str | None) -> str:
+    """The settings that are not those of the plan, in words; nothing where all are."""
+    if config is None:
+        return "they were not kept"
     try:
-        had = RunConfig.model_validate(configs[planned.run_id])
-    except (KeyError, ValidationError) as error:
-        raise ExperimentError(f"{folder}: does not tell the settings of {planned.run_id}: {error}") from error
-    if changed := config_differences([had, planned.config]):
-        names = ", ".join(one.path for one in changed)
-        raise ExperimentError(f"{folder}: {planned.run_id} was run with other settings ({names})")
+        had = RunConfig.model_validate_json(config)
+    except ValidationError as error:
+        return f"{error.error_count()} of them unknown"
+    return ", ".join(one.path for one in config_differences([had, planned.config]))

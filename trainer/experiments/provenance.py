@@ -31,16 +31,43 @@ PACKAGES = (
 CHECKOUT = Path(__file__).parents[2]
 
 
-def write_provenance(experiment: Experiment, data: DataFolder) -> None:
-    """What is run, and by which versions: at the time of running, not of drawing."""
+Versions = list[dict[str, str]]
+"""All that had a part in results, each with the moment since which it has."""
+
+
+def write_plan(experiment: Experiment, data: DataFolder) -> None:
+    """What is asked: the file, and every setting that follows from it."""
     folder = results_folder(experiment, data)
-    written = {
-        "experiment": experiment.model_dump(mode="json"),
-        "configurations": configurations(experiment),
-        "versions": _with_todays(folder / "versions.json"),
-    }
-    for name, value in written.items():
-        _write(folder / f"{name}.json", value)
+    _write(folder / "experiment.json", experiment.model_dump(mode="json"))
+    _write(folder / "configurations.json", configurations(experiment))
+
+
+def write_versions(experiment: Experiment, data: DataFolder) -> None:
+    """Today's have a part in it: called when something is run, not when it is drawn."""
+    today = {"since": datetime.now(UTC).isoformat(timespec="seconds"), **versions()}
+    known = kept_versions(results_folder(experiment, data))
+    if not any({**one, "since": ""} == {**today, "since": ""} for one in known):
+        join_versions(experiment, data, [today])
+
+
+def join_versions(experiment: Experiment, data: DataFolder, others: Versions) -> None:
+    """They had a part in it too."""
+    folder = results_folder(experiment, data)
+    had = {json.dumps(one): one for one in [*kept_versions(folder), *others]}
+    _write(folder / "versions.json", sorted(had.values(), key=lambda one: one["since"]))
+
+
+def kept_versions(results: Path) -> Versions:
+    """Those beside some results; none where nothing has been run yet. ValueError for another kind of file."""
+    path = results / "versions.json"
+    known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
+    if not (isinstance(known, list) and all("since" in one for one in known)):
+        raise ValueError(f"{path}: is no list of versions, each with its `since`")
+    return known
+
+
+def _write(path: Path, value: Any) -> None:
+    written_whole(path, (json.dumps(value, indent=1) + "\n").encode())
 
 
 def configurations(experiment: Experiment) -> dict[str, Any]:
@@ -49,30 +76,6 @@ def configurations(experiment: Experiment) -> dict[str, Any]:
     return {
         one.run_id: one.config.model_dump(mode="json") for one in experiment.planned() if one.seed == first
     }
-
-
-def join_versions(experiment: Experiment, data: DataFolder, results: Path) -> None:
-    """Let the versions of other results have had a part in these too, in the order of their moments."""
-    path = results_folder(experiment, data) / "versions.json"
-    had = {json.dumps(one): one for one in [*_known(path), *_known(results / "versions.json")]}
-    _write(path, sorted(had.values(), key=lambda one: one["since"]))
-
-
-def _write(path: Path, value: Any) -> None:
-    written_whole(path, (json.dumps(value, indent=1) + "\n").encode())
-
-
-def _known(path: Path) -> list[dict[str, str]]:
-    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
-
-
-def _with_todays(path: Path) -> list[dict[str, str]]:
-    """All versions that had a part in it, each with the moment since which it has."""
-    known = _known(path)
-    today = versions()
-    if known and {**known[-1], "since": ""} == {**today, "since": ""}:
-        return known
-    return [*known, {"since": datetime.now(UTC).isoformat(timespec="seconds"), **today}]
 
 
 def versions() -> dict[str, str]:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import io
+import json
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+from sqlalchemy.orm import Session
 
 from labels_db.data_folder import DataFolder
-from labels_db.experiments import Experiment, runs_of_experiment
+from labels_db.experiments import Experiment, done_elsewhere, runs_of_experiment
 from labels_db.feedback_progress import feedback_progress_of
 from labels_db.models import Run, RunState
 from labels_db.records import evaluations_of
@@ -31,29 +33,25 @@ def results_folder(experiment: Experiment, data: DataFolder) -> Path:
 
 
 def write_results(experiment: Experiment, data: DataFolder) -> Path:
-    """Everything recorded so far of the experiment's runs, and what was joined; returns the folder.
-
-    A run that is here as well as joined is told of as it is here.
-    """
+    """Everything recorded so far of the experiment's runs, and what was joined; returns the folder."""
     folder = results_folder(experiment, data)
-    own = list(_rows(experiment, data))
-    here = {row["run"] for row in own}
-    _write(
-        folder / "results.parquet",
-        [*own, *(r for r in joined_rows(experiment, data) if r["run"] not in here)],
-    )
+    joined = joined_rows(experiment, data)
+    own, elsewhere = _own_rows(experiment, data, {row["run"] for row in joined})
+    _write(folder / "results.parquet", [*own, *(row for row in joined if row["run"] in elsewhere)])
     return folder
 
 
 def joined_rows(experiment: Experiment, data: DataFolder) -> list[Row]:
-    """What was taken from other results, of the runs that the experiment plans now."""
+    """What was taken from other results."""
     path = results_folder(experiment, data) / JOINED
-    return _planned(experiment, path) if path.exists() else []
+    return pq.read_table(path).to_pylist() if path.exists() else []
 
 
-def write_joined(experiment: Experiment, data: DataFolder, rows: Sequence[Row]) -> None:
-    """Instead of what had been taken before."""
-    _write(results_folder(experiment, data) / JOINED, rows)
+def add_joined(experiment: Experiment, data: DataFolder, rows: Sequence[Row]) -> None:
+    """Beside what was taken before, but instead of what it said of the same runs."""
+    runs = {row["run"] for row in rows}
+    kept = [row for row in joined_rows(experiment, data) if row["run"] not in runs]
+    _write(results_folder(experiment, data) / JOINED, [*kept, *rows])
 
 
 def _write(path: Path, rows: Sequence[Row]) -> None:
@@ -64,12 +62,6 @@ def _write(path: Path, rows: Sequence[Row]) -> None:
         written_whole(path, file.getvalue())
 
 
-def _planned(experiment: Experiment, path: Path) -> list[Row]:
-    """Of a file's rows those of runs that the experiment plans now; FileNotFoundError."""
-    planned = {one.run_id for one in experiment.planned()}
-    return [row for row in pq.read_table(path).to_pylist() if row["run"] in planned]
-
-
 def written_whole(path: Path, content: bytes) -> None:
     """Whole or not at all."""
     partial = path.with_name(f"{path.name}.part")
@@ -77,16 +69,25 @@ def written_whole(path: Path, content: bytes) -> None:
     partial.replace(path)
 
 
-def _rows(experiment: Experiment, data: DataFolder) -> Iterator[Row]:
+def _own_rows(
+    experiment: Experiment, data: DataFolder, joined: Collection[str]
+) -> tuple[list[Row], set[str]]:
+    """Rows of the runs here, but for those of which the joined ones count; and the names of these."""
     database = data.open_database()
     with database.read() as session:
-        runs = runs_of_experiment(session, experiment.name)
-        progress = feedback_progress_of(session, runs)
-        for run in runs:
-            known = {**_of_the_run(run), "answers": progress[run.id].preferences}
-            for lived in evaluations_of(session, run.id):
-                yield {**known, "step": lived.step, "return": lived.mean_return, **lived.measures}
+        elsewhere = done_elsewhere(session, joined)
+        runs = [run for run in runs_of_experiment(session, experiment.name) if run.id not in elsewhere]
+        rows = list(_rows(session, runs))
     database.close()
+    return rows, elsewhere
+
+
+def _rows(session: Session, runs: Sequence[Run]) -> Iterator[Row]:
+    progress = feedback_progress_of(session, runs)
+    for run in runs:
+        known = {**_of_the_run(run), "answers": progress[run.id].preferences}
+        for lived in evaluations_of(session, run.id):
+            yield {**known, "step": lived.step, "return": lived.mean_return, **lived.measures}
 
 
 def _of_the_run(run: Run) -> Row:
@@ -98,6 +99,7 @@ def _of_the_run(run: Run) -> Row:
         "budget": run.config["feedback"].get("budget", 0),
         "total_steps": run.config["total_steps"],
         "state": run.state.value,
+        "config": json.dumps(run.config),
     }
 
 
@@ -110,7 +112,9 @@ class Results:
     @classmethod
     def read(cls, folder: Path, experiment: Experiment) -> Results:
         """Of the runs that the experiment plans now; FileNotFoundError where no results have been written yet."""
-        return cls(_planned(experiment, folder / "results.parquet"))
+        planned = {one.run_id for one in experiment.planned()}
+        rows = pq.read_table(folder / "results.parquet").to_pylist()
+        return cls([row for row in rows if row["run"] in planned])
 
     def curves(self, task: str, method: str, measure: str) -> Mapping[int, Curve]:
         """Each seed's curve."""

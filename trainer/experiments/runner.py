@@ -7,15 +7,16 @@ checkpoint. Its runs are runs like any other, so the dashboard shows them and a 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
-from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
+from labels_db.experiments import Experiment, done_elsewhere, request_experiment, runs_of_experiment
 from labels_db.models import Run, RunState
-from trainer.experiments.provenance import write_provenance
-from trainer.experiments.results import joined_rows
+from trainer.experiments.joining import joined_runs
+from trainer.experiments.provenance import write_plan, write_versions
+from trainer.experiments.results import write_results
 from trainer.launcher import LocalLauncher
 from trainer.supervisor import LOOK_SECONDS, Supervisor
 
@@ -54,27 +55,40 @@ def run_experiment(
     leave: threading.Event,
     show: Callable[[Standing], None],
 ) -> Standing:
-    """Until every run has ended or `leave` is set; then each run under way writes its checkpoint."""
+    """Until every run has ended or `leave` is set; then each run under way writes its checkpoint.
+
+    Results are written whenever a run has finished. ExperimentError where joined ones had other settings.
+    """
+    joined = joined_runs(experiment, data)
     database = data.open_database()
     with database.write() as session:
-        request_experiment(session, experiment, {row["run"] for row in joined_rows(experiment, data)})
-    if not _standing(database, experiment).over:  # what finished long ago was by the versions of then
-        write_provenance(experiment, data)
+        elsewhere = done_elsewhere(session, joined)
+        request_experiment(session, experiment, elsewhere)
+    write_plan(experiment, data)
+    if not _standing(
+        database, experiment, elsewhere
+    ).over:  # what finished long ago was by the versions of then
+        write_versions(experiment, data)
     supervisor = Supervisor(data, database, LocalLauncher(data), parallel, leave, experiment=experiment.name)
+    finished = 0
     try:
-        while not (standing := _standing(database, experiment)).over and not leave.is_set():
+        while not (standing := _standing(database, experiment, elsewhere)).over and not leave.is_set():
             show(standing)
+            if standing.finished > finished:  # a machine may be gone without a word
+                finished = standing.finished
+                write_results(experiment, data)
             supervisor.look()
             leave.wait(LOOK_SECONDS)
         supervisor.end_children()
-        show(standing := _standing(database, experiment))
+        show(standing := _standing(database, experiment, elsewhere))
         return standing
     finally:
+        write_results(experiment, data)
         database.close()
 
 
-def _standing(database: Database, experiment: Experiment) -> Standing:
-    names = {planned.run_id for planned in experiment.planned()}
+def _standing(database: Database, experiment: Experiment, elsewhere: Collection[str]) -> Standing:
+    names = {planned.run_id for planned in experiment.planned()} - set(elsewhere)
     with database.read() as session:
-        runs = [run for run in runs_of_experiment(session, experiment.name) if run.id in names]
-    return Standing(runs, joined=len(names) - len(runs))
+        here = [run for run in runs_of_experiment(session, experiment.name) if run.id in names]
+    return Standing(here, joined=len(elsewhere))

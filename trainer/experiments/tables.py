@@ -31,8 +31,14 @@ def _ends(last: Mapping[int, float]) -> list[str]:
     """Every seed's, their interquartile mean and its interval."""
     values = np.array(list(last.values()))
     low, high = bootstrap_interval(values)
-    seeds = ", ".join(f"{value:.1f}" for value in values)
-    return [seeds, f"{interquartile_mean(values):.1f}", f"{low:.1f} … {high:.1f}"]
+    digits = _digits(values)
+    seeds = ", ".join(f"{value:.{digits}f}" for value in values)
+    return [seeds, f"{interquartile_mean(values):.{digits}f}", f"{low:.{digits}f} … {high:.{digits}f}"]
+
+
+def _digits(values: Iterable[float]) -> int:
+    """Behind the point: returns are in the hundreds, success and alternation within one."""
+    return 1 if max(map(abs, values)) >= 10 else 2
 
 
 def _share(last: Mapping[int, float], published: float | None) -> str:
@@ -74,10 +80,11 @@ def _difference(task: str, one: str, other: str, figure: Differences, drawing: D
         found = paired_difference(ends[0], {seed: figure.share * end for seed, end in ends[1].items()})
     except ValueError as error:
         return ["", "", "", str(error), ""]
-    interval = f"{found.low:+.1f} … {found.high:+.1f}"
+    digits = _digits([end for each in ends for end in each.values()])
+    interval = f"{found.low:+.{digits}f} … {found.high:+.{digits}f}"
     mine, theirs = (np.mean([each[seed] for seed in found.seeds]) for each in ends)
     share = f"{mine / theirs:.0%}" if theirs > 0 else ""
-    return [str(len(found.seeds)), f"{found.mean:+.1f}", interval, found.verdict, share]
+    return [str(len(found.seeds)), f"{found.mean:+.{digits}f}", interval, found.verdict, share]
 
 
 def _written(path: Path, head: Sequence[str], rows: Iterable[Sequence[str]]) -> Path:
