@@ -109,7 +109,7 @@ def test_equal_seeds_give_equal_runs_and_other_seeds_others(lab: Lab, undisturbe
     assert weights(lab) != weights(undisturbed)
 
 
-# People ------------------------------------------------------------------------------------------
+# What a run is asked for --------------------------------------------------------------------------
 
 
 def test_a_living_run_that_is_extended_goes_on_to_the_new_end(lab: Lab) -> None:
