@@ -47,7 +47,7 @@ class Curves(OfMethods):
     kind: Literal["curves"] = "curves"
     measure: str = "return"
     asymptotes: list[str] = Field(default_factory=list)
-    """Methods of which only the last value is drawn, as a dotted line."""
+    """Methods whose last value is drawn as a dotted line; their curves too only where `methods` names them."""
     statistic: Literal["mean", "iqm"] = "mean"
     """Mean and standard deviation, or interquartile mean and its 95 % bootstrap interval."""
 

@@ -22,9 +22,8 @@ from labels_db.experiments import Experiment, request_experiment, runs_of_experi
 from labels_db.figures import Curves
 from labels_db.models import EvaluationResult, RunState, utc_now
 from labels_db.runs import stop_run
-from trainer.experiments import figures, provenance
+from trainer.experiments import curves, provenance
 from trainer.experiments.drawing import Drawing
-from trainer.experiments.figures import curves
 from trainer.experiments.file import ExperimentError, read_experiment
 from trainer.experiments.results import Results, write_results
 
@@ -285,8 +284,8 @@ def drawn(figure: Curves, rows: list[dict[str, Any]], folder: Path) -> Any:
     drawing = Drawing(experiment, Results(rows), DataFolder(folder), folder)
     kept: list[Any] = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "_saved", lambda figure, _: kept.append(figure))
-        curves(figure, drawing)
+        patch.setattr(curves, "saved", lambda figure, _: kept.append(figure))
+        curves.curves(figure, drawing)
     return kept[0].axes
 
 
@@ -298,6 +297,17 @@ def test_a_line_is_a_method_s_mean_and_an_asymptote_its_end(tmp_path: Path) -> N
     line, asymptote = panel.get_lines()
     assert line.get_xydata().tolist() == [[200, 400], [400, 800]]
     assert set(asymptote.get_ydata()) == {7.0}
+
+
+def test_a_method_may_have_a_line_and_an_asymptote(tmp_path: Path) -> None:
+    """As PPO in the paper: the line ends with those of the others, the asymptote tells where it would."""
+    rows = [recorded(step=s, **{"return": 1.0}) for s in (200, 400)]
+    rows += [recorded(step=s, method="pebble-8", **{"return": s / 100}) for s in (200, 400, 4000)]
+    figure = Curves(file="a", methods=["sac", "pebble-8"], asymptotes=["pebble-8"])
+    (panel,) = drawn(figure, rows, tmp_path)
+    _, line, asymptote = panel.get_lines()
+    assert line.get_xydata().tolist() == [[200, 2], [400, 4]]
+    assert set(asymptote.get_ydata()) == {40.0}
 
 
 def test_an_empty_picture_is_refused(tmp_path: Path) -> None:
