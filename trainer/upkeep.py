@@ -7,8 +7,9 @@ import time
 
 import structlog
 
+from labels_db.catalogue import ENDS_EARLY
 from labels_db.models import Desired, RunState
-from labels_db.run_config import RunConfig
+from labels_db.run_config import NoFeedback, RunConfig
 from labels_db.storage import ArtifactError
 from trainer.agents.interface import Losses
 from trainer.checkpoints import Checkpoints
@@ -54,6 +55,9 @@ class RecordedUpkeep:
         self.evaluated = 0
         self.told = 0
         self._saved_at = time.monotonic()
+        # Random actions need not have found an end when the environment was added to the catalogue.
+        asks = not isinstance(config.feedback, NoFeedback)
+        self._knows_early_ends = config.catalogue_entry.ends_early or not asks
 
     # Around every step ---------------------------------------------------------------------------
 
@@ -75,6 +79,9 @@ class RecordedUpkeep:
             self.told = training.step
         for true_return in transitions.episode_returns:
             self.progress.metrics(training.step, {"episode_return": true_return})
+        if transitions.terminated.any() and not self._knows_early_ends:
+            self._knows_early_ends = True
+            training.journal.note(ENDS_EARLY.format(name=self.config.environment.name))
 
     def after_fit(self, training: Training) -> None:
         self.save(training)

@@ -23,10 +23,16 @@ def presets() -> dict[str, Preset]:
     return {preset.name: preset for preset in made}
 
 
+def _way_in(name: str) -> str:
+    """What an installation may have of its own is added first."""
+    addable = name.startswith(("gym:", "installed:", "behaviour:"))
+    return f", or add it with `pebble environments --add {name}`" if addable else ""
+
+
 def preset_named(name: str) -> Preset:
     """The preset of that name, or one for the environment of that name; ValueError names the closest."""
     found = presets().get(name) or of_environment(name)
     if found is None:
         close = difflib.get_close_matches(name, [*presets(), *catalogue()], n=1) or list(presets())
-        raise ValueError(f"preset {name!r}: unknown; one of {', '.join(close)}")
+        raise ValueError(f"preset {name!r}: unknown; one of {', '.join(close)}{_way_in(name)}")
     return found

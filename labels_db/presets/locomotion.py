@@ -157,4 +157,5 @@ def _on_policy(task: _Task) -> Mapping[str, Settings]:
     public = {**paper, "agent.clip_range": "0.4", "agent.clip_schedule": "linear"}
     asked = ("feedback.budget", "feedback.queries_per_session")
     few = {path: value for path, value in public.items() if path not in asked}
+    few["feedback.steps_between"] = str(task.few.steps_between)
     return {"paper": paper, "public": public, "few-labels": few}

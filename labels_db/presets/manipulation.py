@@ -39,12 +39,19 @@ TASKS = (
 
 def manipulation() -> Iterator[Preset]:
     for task in TASKS:
-        yield Preset(task.name, _profiles(task), ON_POLICY)
+        yield Preset(task.name, _profiles(task), _on_policy(task))
 
 
 def manipulating(name: str, task: str) -> Preset:
     """A preset of that name for any of the 50 tasks, with the settings that most have in the paper."""
     return Preset(name, _profiles(_Task(task, 10_000, 64, 2400)), ON_POLICY)
+
+
+def _on_policy(task: _Task) -> Mapping[str, Settings]:
+    """With few labels they come as often as PEBBLE's."""
+    if task.few is None:
+        return ON_POLICY
+    return {**ON_POLICY, "few-labels": {**PUBLIC_PPO, "feedback.steps_between": str(task.few.steps_between)}}
 
 
 def _profiles(task: _Task) -> Profiles:
@@ -111,5 +118,4 @@ ASKED: Settings = {"feedback.queries_per_session": "256", "feedback.steps_betwee
 ON_POLICY: Mapping[str, Settings] = {
     "paper": {**PAPER_PPO, **ASKED},
     "public": {**PUBLIC_PPO, **ASKED},
-    "few-labels": PUBLIC_PPO,
 }

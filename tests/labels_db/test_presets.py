@@ -146,7 +146,7 @@ def test_profile_few_labels_is_what_later_papers_compare_with(
     ("name", "complaint"),
     [
         ("walker-wolk", "preset 'walker-wolk': unknown; one of walker-walk"),
-        ("gym:Hoper-v5", "one of gym:Hopper-v5"),
+        ("gym:Hoper-v5", "one of gym:Hopper-v5, or add it with `pebble environments --add gym:Hoper-v5`"),
         ("x", "one of cartpole-windmill"),
     ],
 )

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from sqlalchemy import select
 
-from labels_db.methods import method_named
+from labels_db.methods import method_named, methods
 from labels_db.models import Query, RunState
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
@@ -130,6 +130,12 @@ def of_method(name: str) -> RunConfig:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_method_goes_on_exactly_from_any_stop(tmp_path: Path, name: str) -> None:
+    goes_on_exactly(of_method(name), tmp_path, 500)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(methods().keys() - set(METHODS)))
+def test_so_does_every_other_method(tmp_path: Path, name: str) -> None:
     goes_on_exactly(of_method(name), tmp_path, 500)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import signal
 from pathlib import Path
@@ -10,15 +11,19 @@ from typing import Any
 import pytest
 from sqlalchemy import select
 
+from labels_db import catalogue
 from labels_db.claims import Claim
 from labels_db.models import (
     Choice,
+    Event,
+    FeedbackSession,
     Metric,
     Query,
     QueryState,
     RunState,
 )
 from labels_db.records import evaluations_of, fits_of
+from labels_db.run_config import run as run_config
 from labels_db.runs import extend_run, get_run, resume_run
 from tests.trainer.conftest import RUN, Lab, new_lab, small_config
 from tests.trainer.people import Person
@@ -46,6 +51,20 @@ def test_a_scripted_run_spends_its_budget_and_says_what_it_learned(undisturbed: 
         names = {m.name for m in session.scalars(select(Metric))}
     assert {"episode_return", "critic_loss", "actor_loss", "temperature", "entropy"} <= names
     assert list(undisturbed.data.events_path(RUN).iterdir()), "TensorBoard event files"
+
+
+def test_every_session_knows_what_a_segment_earned_lately(undisturbed: Lab) -> None:
+    """H steps of the episodes finished by then, which scripted teachers hold their thresholds against."""
+    with undisturbed.database.read() as session:
+        returns = session.execute(
+            select(Metric.step, Metric.value).where(Metric.name == "episode_return")
+        ).all()
+        sessions = session.scalars(select(FeedbackSession)).all()
+    assert len({one.segment_return for one in sessions}) == 3
+    for one in sessions:
+        finished = [value for step, value in returns if step <= one.step]
+        share = small_config().segment_steps / 125
+        assert one.segment_return == pytest.approx(share * sum(finished) / len(finished), rel=1e-4)
 
 
 def die_in_the_first_fit(path: Path, run_id: str, attempt: int) -> None:
@@ -183,6 +202,25 @@ def test_a_buffer_smaller_than_the_random_steps_does_not_keep_it_from_learning(l
     with lab.database.read() as session:
         told = session.scalars(select(Metric.step).where(Metric.name == "critic_loss")).all()
     assert min(told) >= 1000
+
+
+@pytest.mark.parametrize(("known", "told"), [(False, 1), (True, 1)])
+def test_an_early_end_that_nobody_knew_of_is_told_once(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch, known: bool, told: int
+) -> None:
+    """An end that random actions never found when the environment was added; a known one is told at the start."""
+    entry = dataclasses.replace(catalogue.entry("gym:Hopper-v5"), ends_early=known)
+    monkeypatch.setattr(run_config, "entry", lambda _: entry)
+    changes: dict[str, Any] = {
+        "environment__kind": "gym",
+        "environment__id": "Hopper-v5",
+        "feedback__segment_steps": 4,
+    }
+    lab.request(small_config(**changes, total_steps=320, environment__action_repeat=1))
+    lab.live()
+    with lab.database.read() as session:
+        texts = session.scalars(select(Event.text)).all()
+    assert sum("can end early" in text for text in texts) == told
 
 
 def test_a_failing_run_says_why(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,7 +40,7 @@ def test_an_episode_from_an_old_checkpoint_goes_on() -> None:
 
 
 def pool_of(*lengths: int) -> EpisodePool:
-    pool = EpisodePool(10)
+    pool = EpisodePool(20)
     for number, length in enumerate(lengths):
         pool.add(episode(number, length))
     return pool
@@ -84,6 +84,15 @@ def test_an_average_segment_earns_its_share_of_the_last_episodes() -> None:
     lived = list(pool.episodes)[1:]
     expected = 5 * sum(float(e.rewards.sum()) for e in lived) / 50
     assert PairSampler(pool, 5, np.random.default_rng(0)).average_return(2) == pytest.approx(
+        expected, rel=1e-5
+    )
+
+
+def test_the_last_ten_episodes_count_unless_more_are_asked_for() -> None:
+    pool = pool_of(*[10] * 12)
+    lived = list(pool.episodes)[2:]
+    expected = 5 * sum(float(e.rewards.sum()) for e in lived) / 100
+    assert PairSampler(pool, 5, np.random.default_rng(0)).average_return() == pytest.approx(
         expected, rel=1e-5
     )
 
