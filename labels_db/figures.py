@@ -100,8 +100,13 @@ class Strips(OfMethods):
     of_runs = True
     kind: Literal["strips"] = "strips"
     measure: str = "return"
-    """What says which is best."""
+    """What rows are told apart by, and what says which run and episode are best."""
+    best_by: dict[str, str] = Field(default_factory=dict)
+    """Tasks whose best is told by another measure."""
     frames: int = Field(8, ge=2, le=24)
+
+    def about(self) -> set[str]:
+        return super().about() | set(self.best_by)
 
 
 class Queries(OfMethods):

@@ -16,7 +16,7 @@ from labels_db.models import RunState
 from trainer.evaluation import EvaluatedEpisode
 from trainer.experiments import figures
 from trainer.experiments.drawing import Drawing
-from trainer.experiments.pictures import _came_to
+from trainer.experiments.pictures import Row, _came_to
 from trainer.experiments.results import Results
 from trainer.experiments.tables import differences, ends
 
@@ -82,20 +82,25 @@ def test_a_figure_keeps_to_its_tasks(tmp_path: Path) -> None:
 
 
 def test_the_best_run_is_so_by_the_figure_s_measure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[tuple[str, str]] = []
+    shown: list[Row] = []
     monkeypatch.setattr(figures, "strips", lambda rows, *_: shown.extend(rows))
-    lived_here(tmp_path, seeds=[1, 2])
+    lived_here(tmp_path, seeds=[1, 2])  # the third seed's run is not here
     rows = finished("sac", [9, 3, 99]) + finished("pebble", [5, 6])
     for row in rows:
         row["turns"] = -row["return"] if row["method"] == "sac" else None
-    for measure in ("return", "turns"):
-        figures.frame_strips(Strips(file="strips", measure=measure), drawing(rows, tmp_path))
-    assert [run for _, run in shown] == [
-        "two-cartpole-swingup-sac-1",  # the third seed's run is not here
-        "two-cartpole-swingup-pebble-2",
-        "two-cartpole-swingup-sac-2",
+    for settings in (
+        {},
+        {"measure": "turns"},
+        {"measure": "turns", "best_by": {"cartpole-swingup": "return"}},
+    ):
+        figures.frame_strips(Strips.model_validate({"file": "strips", **settings}), drawing(rows, tmp_path))
+    assert [(row.run_id, row.title.split(" · ")[-1], row.best_by) for row in shown] == [
+        ("two-cartpole-swingup-sac-1", "sac, seed 1: return 9", "return"),
+        ("two-cartpole-swingup-pebble-2", "pebble, seed 2: return 6", "return"),
+        ("two-cartpole-swingup-sac-2", "sac, seed 2: turns -3", "turns"),
+        ("two-cartpole-swingup-sac-1", "sac, seed 1: turns -9", "return"),
+        ("two-cartpole-swingup-pebble-2", "pebble, seed 2", "return"),
     ]
-    assert [title.split(" · ")[-1] for title, _ in shown] == ["sac, seed 1", "pebble, seed 2", "sac, seed 2"]
 
 
 def test_pairs_that_never_meet_on_a_task_are_left_out(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from labels_db.presets import preset_named
 from trainer.experiments.curves import curves
 from trainer.experiments.drawing import COLOURS, Drawing
 from trainer.experiments.panels import panels, refuse_nothing, saved
-from trainer.experiments.pictures import query_sheet, strips
+from trainer.experiments.pictures import Row, query_sheet, strips
 from trainer.experiments.results import Results
 from trainer.experiments.tables import differences, ends
 
@@ -58,12 +58,16 @@ def frame_strips(figure: Strips, drawing: Drawing) -> Path:
     """A row for each task and method: the best run that finished here, as its last policy does it."""
     rows = []
     for task, method, runs in drawing.runs_here(figure):
-        last = drawing.results.last(task, method, figure.measure)
+        best_by = figure.best_by.get(task, figure.measure)
+        last = drawing.results.last(task, method, best_by)
         ended = [seed for seed in last if seed in runs and runs[seed].state is RunState.FINISHED]
         if ended:
             best = max(ended, key=lambda seed: last[seed])
-            rows.append((f"{preset_named(task).title} · {method}, seed {best}", runs[best].id))
-    return strips(rows, drawing.data, figure, drawing.path(figure))
+            told = drawing.results.last(task, method, figure.measure).get(best)
+            came_to = "" if told is None else f": {figure.measure} {told:.3g}"
+            title = f"{preset_named(task).title} · {method}, seed {best}{came_to}"
+            rows.append(Row(title, runs[best].id, best_by))
+    return strips(rows, drawing.data, figure.frames, drawing.path(figure))
 
 
 def queries(figure: Queries, drawing: Drawing) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,6 @@ from PIL import Image
 from sqlalchemy import select
 
 from labels_db.data_folder import DataFolder
-from labels_db.figures import Strips
 from labels_db.models import FeedbackSession, Query, Segment
 from labels_db.run_config import Clips, RunConfig
 from labels_db.runs import config_of, get_run
@@ -30,22 +30,30 @@ CLIPS = Clips(width=240, height=180)
 Picture = NDArray[np.uint8]
 
 
-def strips(rows: list[tuple[str, str]], data: DataFolder, figure: Strips, path: Path) -> Path:
-    """(title, run) → a row of frames each: the middle seconds of the best of five episodes."""
-    drawn = [(title, _strip(run_id, data, figure)) for title, run_id in rows]
-    return _stacked(drawn, path)
+@dataclass(frozen=True)
+class Row:
+    """A run to show, and the measure that says which of its episodes is best."""
+
+    title: str
+    run_id: str
+    best_by: str
 
 
-def _strip(run_id: str, data: DataFolder, figure: Strips) -> Picture:
+def strips(rows: list[Row], data: DataFolder, frames: int, path: Path) -> Path:
+    """A row of frames each: the middle seconds of the best of five episodes."""
+    return _stacked([(row.title, _strip(row, data, frames)) for row in rows], path)
+
+
+def _strip(row: Row, data: DataFolder, frames: int) -> Picture:
     database = data.open_database()
-    policy = load_policy(database, data.open_store(), run_id)
+    policy = load_policy(database, data.open_store(), row.run_id)
     database.close()
     config = policy.config
     environment = make_environment(config.environment)
     lived = evaluate(policy, environment, seed=config.seed, episodes=5)
-    best = max(lived, key=lambda episode: _came_to(episode, figure.measure))
+    best = max(lived, key=lambda episode: _came_to(episode, row.best_by))
     middle = _middle(best, round(SECONDS / environment.control_step))
-    return _frames(_drawn(config, [middle])[0], figure.frames)
+    return _frames(_drawn(config, [middle])[0], frames)
 
 
 def _came_to(episode: EvaluatedEpisode, measure: str) -> float:
