@@ -6,11 +6,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from torch import Tensor
 
 from labels_db.models import Choice
 from labels_db.run_config import Scripted
-from trainer.environments import EnvironmentState, Observation, PhysicsState, Scene
+from trainer.environments import EnvironmentState, Observation, PhysicsState
 from trainer.environments.behaviours import BehaviourSpec, Measures
 from trainer.environments.behaviours.wish import Stateless
 from trainer.environments.episodic import Control, EpisodicEnvironment
@@ -23,9 +24,9 @@ class Corridor(EpisodicEnvironment):
 
     control_step = 0.1
     episode_steps = 100
+    state_size = 2
 
     def __init__(self, action_repeat: int) -> None:
-        self._place, self._speed = 0.0, 0.0
         self._make_ready(action_size=1, action_repeat=action_repeat)
 
     def _begin(self, seed: int) -> None:
@@ -42,22 +43,43 @@ class Corridor(EpisodicEnvironment):
     def _measures(self) -> Measures:
         return {"distance": abs(self._place)}
 
-    # How it goes on from a checkpoint; it cannot be drawn, so only scripted teachers can be asked.
-
-    def _beside_physics(self) -> dict[str, dict[str, Any]]:
-        return {"task": {"place": self._place, "speed": self._speed}}
-
-    def _go_to(self, state: EnvironmentState) -> None:
-        self._place, self._speed = state.task["place"], state.task["speed"]
-
-    state_size = 0
+    # Its moments: a run goes on from them, and clips are drawn from them.
 
     def physics_state(self) -> PhysicsState:
-        return np.empty(0)
+        return np.array([self._place, self._speed])
+
+    def _go_to(self, state: EnvironmentState) -> None:
+        self._place, self._speed = map(float, state.physics)
+
+    def _beside_physics(self) -> dict[str, dict[str, Any]]:
+        return {}
 
     @property
-    def scene(self) -> Scene:
-        raise NotImplementedError("corridor: nobody has said how it looks")
+    def scene(self) -> CorridorScene:
+        return CorridorScene()
+
+
+class CorridorScene:
+    """Draws itself: a dark point in a light corridor, whose middle is green."""
+
+    name = "corridor"
+    model = data = None  # it is no simulation of MuJoCo
+    WIDTH, HEIGHT, HALF = 320, 80, 4.0
+
+    def restore(self, episode_seed: int, state: PhysicsState) -> None:
+        self._place = float(np.clip(state[0], -self.HALF, self.HALF))
+
+    def picture(self) -> NDArray[np.uint8]:
+        """[height, width, 3]."""
+        drawn = np.full((self.HEIGHT, self.WIDTH, 3), 235, np.uint8)
+        drawn[:, self._columns(0.0, half=1.0)] = (198, 232, 205)
+        drawn[30:50, self._columns(self._place, half=0.12)] = (32, 48, 64)
+        return drawn
+
+    def _columns(self, place: float, half: float) -> slice:
+        ends = (np.array([place - half, place + half]) / self.HALF + 1) / 2 * self.WIDTH
+        left, right = np.clip(ends.round().astype(int), 0, self.WIDTH)
+        return slice(left, right)
 
 
 class Hang(Stateless):

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from labels_db.data_folder import DataFolder
@@ -64,23 +67,20 @@ def pebble(site: Path, *arguments: str) -> str:
     return done.stdout
 
 
-def taught(site: Path, data: Path, *settings: str) -> dict[str, Any]:
+def taught(site: Path, data: Path, task: str, *settings: str) -> dict[str, Any]:
     options = [option for setting in (*SMALL, *settings) for option in ("--set", setting)]
-    said = pebble(
-        site, "train", "cartpole-swingup", "--steps", "260", "--data", str(data), "--json", *options
-    )
+    said = pebble(site, "train", task, "--steps", "260", "--data", str(data), "--json", *options)
     result: dict[str, Any] = json.loads(said.splitlines()[-1])
     return result
 
 
 def test_an_environment_a_teacher_and_a_scheme_of_ones_own(site: Path, tmp_path: Path) -> None:
     added = pebble(site, "environments", "--add", "installed:corridor", "--data", str(tmp_path))
-    assert "only scripted teachers can be asked" in added
+    assert "only scripted teachers can be asked" not in added  # it draws itself
     result = taught(
         site,
         tmp_path,
-        "environment.kind=installed",
-        "environment.environment=corridor",
+        "installed:corridor",
         "environment.action_repeat=2",
         "feedback.teacher.kind=installed",
         "feedback.teacher.name=impatient",
@@ -96,18 +96,46 @@ def test_a_behaviour_of_ones_own(site: Path, tmp_path: Path) -> None:
     result = taught(
         site,
         tmp_path,
-        "environment.kind=behaviour",
-        "environment.behaviour=pendulum-hang",
+        "behaviour:pendulum-hang",
         "environment.action_repeat=16",
+        "feedback.teacher.kind=oracle",
     )
     assert (result["state"], result["answers"]) == ("finished", 8)
     assert result["measures"].keys() == {"speed"}
     database = DataFolder(tmp_path).open_database()
     with database.read() as session:
         run = get_run(session, result["run"])
-        assert run.title == "Pendulum · hang still"  # not the preset's, a cart pole
+        assert run.title == "Pendulum · hang still"
         assert [card.text for card in run.goal_cards] == ["Prefer the clip in which the pendulum moves less."]
     database.close()
+
+
+def test_the_documentation_shows_the_example_as_it_is() -> None:
+    shown = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", shown, re.DOTALL)
+    example = (EXAMPLE / "pebble_example.py").read_text(encoding="utf-8")
+    assert len(blocks) == 4
+    for block in blocks:
+        assert block.strip() in example
+    (offered,) = re.findall(r"```toml\n(.*?)```", shown, re.DOTALL)
+    project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]
+    assert tomllib.loads(offered)["project"]["entry-points"] == project["entry-points"]
+
+
+def test_an_environment_of_ones_own_can_be_drawn(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(site))
+    corridor = importlib.import_module("pebble_example").Corridor(action_repeat=2)
+    corridor.reset(seed=1)
+    scene = corridor.scene
+    pictures = []
+    for place in (-2.0, 0.0, 2.0, 99.0):
+        scene.restore(1, np.array([place, 0.0]))
+        pictures.append(scene.picture())
+    dark = [np.flatnonzero((picture < 100).all(2).any(0)).mean() for picture in pictures[:3]]
+    assert dark == pytest.approx([80, 160, 240], abs=1)
+    again = type(corridor)(action_repeat=2)
+    again.set_state(corridor.get_state())
+    assert again.step(np.ones(1, np.float32))[0].tolist() == corridor.step(np.ones(1, np.float32))[0].tolist()
 
 
 def test_what_is_not_installed_is_told_with_what_is() -> None:
