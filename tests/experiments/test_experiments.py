@@ -22,6 +22,7 @@ from labels_db.experiments import Experiment, request_experiment, runs_of_experi
 from labels_db.figures import Curves
 from labels_db.models import EvaluationResult, RunState, utc_now
 from labels_db.runs import stop_run
+from tests.experiments.record import states
 from trainer.experiments import curves, provenance
 from trainer.experiments.drawing import Drawing
 from trainer.experiments.file import ExperimentError, read_experiment
@@ -73,14 +74,6 @@ def pebble(*arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen([sys.executable, "-m", "cli", *arguments], stdout=subprocess.PIPE, text=True)
 
 
-def states(data: DataFolder) -> dict[str, RunState]:
-    database = data.open_database()
-    with database.read() as session:
-        found = {run.id: run.state for run in runs_of_experiment(session, "tiny")}
-    database.close()
-    return found
-
-
 @pytest.fixture(scope="module")
 def lived(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, DataFolder]:
     """The experiment, killed once in its middle without a word."""
@@ -88,7 +81,7 @@ def lived(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, DataFolder]:
     file, data = written(folder), DataFolder(folder / "data")
     command = ["experiment", str(file), "--data", str(data.path), "--parallel", "2", "--json"]
     with pebble(*command) as killed:
-        while RunState.FINISHED not in states(data).values():
+        while RunState.FINISHED not in states(data, "tiny").values():
             assert killed.poll() is None
         os.kill(killed.pid, signal.SIGKILL)
     before = finished(data)
@@ -112,7 +105,7 @@ def finished(data: DataFolder) -> dict[str, tuple[int, Any]]:
 
 def test_every_run_is_lived_under_its_name(lived: tuple[Path, DataFolder]) -> None:
     _, data = lived
-    assert set(states(data).values()) == {RunState.FINISHED}
+    assert set(states(data, "tiny").values()) == {RunState.FINISHED}
     database = data.open_database()
     with database.read() as session:
         runs = runs_of_experiment(session, "tiny")

@@ -17,8 +17,9 @@ import pytest
 import yaml
 
 from labels_db.data_folder import DataFolder
-from labels_db.experiments import Experiment, request_experiment, runs_of_experiment
+from labels_db.experiments import Experiment, request_experiment
 from labels_db.models import RunState
+from tests.experiments.record import states
 from trainer.experiments.file import ExperimentError
 from trainer.experiments.joining import join_results
 from trainer.experiments.provenance import kept_versions
@@ -57,14 +58,6 @@ def lived(experiment: Experiment, data: DataFolder) -> Standing:
     return run_experiment(experiment, data, parallel=1, leave=threading.Event(), show=lambda _: None)
 
 
-def states(data: DataFolder) -> dict[str, RunState]:
-    database = data.open_database()
-    with database.read() as session:
-        found = {run.id: run.state for run in runs_of_experiment(session, "parts")}
-    database.close()
-    return found
-
-
 @pytest.fixture(scope="module")
 def there(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The results of the first seed, lived through on a machine that is gone."""
@@ -101,7 +94,7 @@ def test_what_finished_elsewhere_is_not_lived_again_and_counts(there: Path, tmp_
     file.write_text(yaml.safe_dump(SAYS), encoding="utf-8")
     said = pebble("experiment", file, "--data", data.path, "--join", there, "--json")
     assert json.loads(said).items() >= {"runs": 2, "finished": 2, "joined": 1}.items()
-    assert set(states(data)) == {"parts-cartpole-swingup-sac-2"}
+    assert set(states(data, "parts")) == {"parts-cartpole-swingup-sac-2"}
     whole = Results.read(results_of(data), saying())
     assert whole.curves(*ASKED)[1] == Results.read(there, saying()).curves(*ASKED)[1]
     assert set(whole.last(*ASKED)) == {1, 2}
@@ -124,7 +117,7 @@ def test_what_waited_here_and_finished_elsewhere_is_not_lived(there: Path, tmp_p
     database.close()
     join_results(saying(), data, [there, copied(there, tmp_path / "second", of_seed(2))])
     assert (standing := lived(saying(), data)).finished == standing.planned == standing.joined == 2
-    assert set(states(data).values()) == {RunState.STOPPED}
+    assert set(states(data, "parts").values()) == {RunState.STOPPED}
     assert set(Results.read(results_of(data), saying()).last(*ASKED)) == {1, 2}
 
 
@@ -134,7 +127,7 @@ def test_what_is_joined_stays_whatever_is_planned_meanwhile(there: Path, tmp_pat
     join_results(saying(), data, [there, copied(there, tmp_path / "second", of_seed(2)), there])
     for seeds in ([2], [1, 2]):
         assert lived(saying(seeds=seeds), data).joined == len(seeds)
-    assert states(data) == {}
+    assert states(data, "parts") == {}
     onward = DataFolder(tmp_path / "onward")
     join_results(saying(seeds=[2, 1]), onward, [results_of(data)])
     assert lived(saying(), onward).joined == 2
@@ -182,7 +175,7 @@ def test_settings_that_change_once_it_is_joined_are_refused(there: Path, tmp_pat
         ExperimentError, match=r"joined results: .*-1 was run with other settings \(total_steps\)"
     ):
         lived(saying(settings={**SETTINGS, "total_steps": 400}), data)
-    assert states(data) == {}
+    assert states(data, "parts") == {}
 
 
 @pytest.mark.parametrize("name", ["nothing", "foreign", "garbled"])
