@@ -270,10 +270,12 @@ def test_answers_and_steps_are_those_of_finished_runs() -> None:
     assert Results(rows).steps("cartpole-swingup", "sac") == 400
 
 
-def drawn(figure: Curves, rows: list[dict[str, Any]], folder: Path) -> Any:
+SAID = Experiment.model_validate({**SAYS, "figures": []})
+
+
+def drawn(figure: Curves, rows: list[dict[str, Any]], folder: Path, experiment: Experiment = SAID) -> Any:
     """The panels of a figure of curves."""
     mpl.use("Agg")
-    experiment = Experiment.model_validate({**SAYS, "figures": []})
     drawing = Drawing(experiment, Results(rows), DataFolder(folder), folder)
     kept: list[Any] = []
     with pytest.MonkeyPatch.context() as patch:
@@ -301,6 +303,12 @@ def test_a_method_may_have_a_line_and_an_asymptote(tmp_path: Path) -> None:
     _, line, asymptote = panel.get_lines()
     assert line.get_xydata().tolist() == [[200, 2], [400, 4]]
     assert set(asymptote.get_ydata()) == {40.0}
+
+
+def test_a_task_that_has_not_begun_has_no_panel(tmp_path: Path) -> None:
+    says = Experiment.model_validate({**SAYS, "tasks": ["walker-walk", "cartpole-swingup"], "figures": []})
+    (panel,) = drawn(Curves(file="a"), [recorded()], tmp_path, says)
+    assert panel.get_title() == "Cart pole · swing up"
 
 
 def test_an_empty_picture_is_refused(tmp_path: Path) -> None:

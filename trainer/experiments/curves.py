@@ -17,8 +17,9 @@ from trainer.experiments.statistics import bootstrap_interval, interquartile_mea
 
 
 def curves(figure: Curves, drawing: Drawing) -> Path:
-    """A panel for each task."""
+    """A panel for each task of which there is something."""
     tasks = drawing.tasks(figure.tasks)
+    tasks = [task for task in tasks if drawing.results.has(task)] or tasks
     shown = panels(len(tasks))
     for axes, task in zip(shown, tasks, strict=True):
         for method in _as_curves(figure, drawing):

@@ -116,6 +116,9 @@ class Results:
         rows = pq.read_table(folder / "results.parquet").to_pylist()
         return cls([row for row in rows if row["run"] in planned])
 
+    def has(self, task: str) -> bool:
+        return any(row["task"] == task for row in self.rows)
+
     def curves(self, task: str, method: str, measure: str) -> Mapping[int, Curve]:
         """Each seed's curve."""
         found: dict[int, Curve] = defaultdict(list)
