@@ -47,5 +47,5 @@ def plot(curves: list[dict[str, Any]], path: Path) -> None:
         sizes = [float(size) for size in curve["seconds"]]
         axes.plot(sizes, list(curve["seconds"].values()), marker="o", label=curve["name"])
     axes.set(xscale="log", yscale="log", xlabel="size", ylabel="seconds, two cores, float32")
-    axes.legend(fontsize=8)
+    figure.legend(fontsize=8, loc="outside upper center", ncols=2)
     figure.savefig(path, dpi=120)
