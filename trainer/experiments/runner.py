@@ -65,9 +65,8 @@ def run_experiment(
         elsewhere = done_elsewhere(session, joined)
         request_experiment(session, experiment, elsewhere)
     write_plan(experiment, data)
-    if not _standing(
-        database, experiment, elsewhere
-    ).over:  # what finished long ago was by the versions of then
+    # What finished long ago was by the versions of then.
+    if not _standing(database, experiment, elsewhere).over:
         write_versions(experiment, data)
     supervisor = Supervisor(data, database, LocalLauncher(data), parallel, leave, experiment=experiment.name)
     finished = 0
