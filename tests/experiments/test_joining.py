@@ -108,6 +108,18 @@ def pebble(*arguments: object) -> str:
     return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, timeout=120).stdout
 
 
+def test_what_has_finished_is_in_the_results_before_all_is_over(tmp_path: Path) -> None:
+    """A machine may be gone without a word: what it had finished can be taken from it."""
+    data, kept = DataFolder(tmp_path), []
+
+    def look(standing: Standing) -> None:
+        if standing.finished == 1 and (results_of(data) / "results.parquet").exists():
+            kept.append(set(Results.read(results_of(data), saying()).last(*ASKED)))
+
+    run_experiment(saying(), data, parallel=1, leave=threading.Event(), show=look)
+    assert {1} in kept
+
+
 def test_what_waited_here_and_finished_elsewhere_is_not_lived(there: Path, tmp_path: Path) -> None:
     """As where this machine had begun with the first seed, and left the others to a second one."""
     data = DataFolder(tmp_path / "data")
