@@ -18,6 +18,7 @@ from scipy.stats import spearmanr
 
 from labels_db.presets import preset_named
 from labels_db.run_config import LearnedReward
+from trainer.arithmetic import set_up_arithmetic
 from trainer.environments import make_environment
 from trainer.experiments.provenance import versions
 from trainer.randomness import Randomness
@@ -88,7 +89,7 @@ def measured(task: str) -> Iterator[dict[str, Any]]:
 
 
 def main() -> None:
-    torch.set_num_threads(1)
+    set_up_arithmetic(1)
     rows = [row for task in TASKS for row in measured(task)]
     written = {"versions": versions(), "rows": rows}
     (RESULTS / "rounding.json").write_text(json.dumps(written, indent=1) + "\n", encoding="utf-8")

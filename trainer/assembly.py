@@ -13,6 +13,7 @@ from labels_db.records import fits_of, rewind
 from labels_db.run_config import Asking, Human, NoFeedback, RunConfig, StateEntropy
 from labels_db.storage import ArtifactStore
 from trainer.agents.registry import make_agent
+from trainer.arithmetic import set_up_arithmetic
 from trainer.asking import Asker
 from trainer.checkpoints import Checkpoints
 from trainer.collector import Collector
@@ -47,7 +48,7 @@ def assemble(
     device: torch.device,
 ) -> Training:
     """A run at its first step."""
-    torch.set_num_threads(config.threads)
+    set_up_arithmetic(config.threads)
     randomness = Randomness(config.seed)
     environments = [make_environment(config.environment) for _ in range(config.environments)]
     pool = EpisodePool(config.feedback.pool_episodes) if isinstance(config.feedback, Asking) else None

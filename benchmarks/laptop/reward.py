@@ -29,6 +29,7 @@ from labels_db.models import Query, Run, Segment
 from labels_db.run_config import LearnedReward
 from labels_db.runs import config_of, get_run
 from labels_db.storage import ArtifactStore
+from trainer.arithmetic import set_up_arithmetic
 from trainer.experiments.provenance import versions
 from trainer.randomness import Randomness
 from trainer.reward_model import Preferences, RewardModel
@@ -154,7 +155,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", nargs="+", type=Path)
     chosen = parser.parse_args()
-    torch.set_num_threads(1)
+    set_up_arithmetic(1)
     folders = [DataFolder(path) for path in chosen.data]
     rows = [row for data in folders for run in runs_in(data) for row in compared(data, run)]
     written = json.dumps({"versions": versions(), "rows": rows}, indent=1)

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from benchmarks.speed.model_tasks import PlainRewardModel
+from benchmarks.speed.work import as_pytorch_comes
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from trainer.agents.interface import Losses
@@ -70,6 +71,7 @@ class Stepper:
         if exploring:
             self._explored(plain)
         if plain:
+            as_pytorch_comes()
             agent = self.training.agent
             assert isinstance(agent, SACAgent)
             agent._update = AutogradUpdate(agent)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from benchmarks.speed.work import ACTION, CPU, OBSERVATION, PRECISIONS, Work
+from benchmarks.speed.work import ACTION, CPU, OBSERVATION, PRECISIONS, Work, as_pytorch_comes
 from labels_db.run_config import Disagreement, Entropy, LearnedReward, SchemeConfig
 from trainer.candidate_scores import disagreement, entropy
 from trainer.episodes import EpisodePool, FinishedEpisode
@@ -44,6 +44,8 @@ class PlainRewardModel(RewardModel):
 
 def _model(precision: str, plain: bool, **changes: Any) -> RewardModel:
     kind = PlainRewardModel if plain else RewardModel
+    if plain:
+        as_pytorch_comes()
     config = LearnedReward(stop_accuracy=1.0, **changes)
     return kind(config, OBSERVATION, ACTION, Randomness(0), CPU, PRECISIONS[precision])
 

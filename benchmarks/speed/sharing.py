@@ -12,9 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
-import torch
-
 from benchmarks.speed.contest import Contestant, loaded, ours
+from trainer.arithmetic import set_up_arithmetic
 
 ROUNDS = 3
 PAIRS = 140
@@ -75,7 +74,7 @@ def _train_and_draw() -> None:
     from trainer.rendering import Renderer
     from trainer.segments import one_by_one
 
-    torch.set_num_threads(1)
+    set_up_arithmetic(1)
     stepper = Stepper("walker-walk", exploring=False)
     config, pool = stepper.training.config, stepper.training.collector.pool
     assert isinstance(pool, EpisodePool)

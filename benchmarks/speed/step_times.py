@@ -9,9 +9,8 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-import torch
-
 from benchmarks.speed.loop import Stepper
+from trainer.arithmetic import set_up_arithmetic
 
 PARTS: Mapping[str, tuple[str, str]] = {
     # what: (file, function), cumulative and disjoint
@@ -58,7 +57,7 @@ def main() -> None:
     parser.add_argument("--preset", default="walker-walk")
     parser.add_argument("--plain", action="store_true", help="under autograd, float32, searching plainly")
     chosen = parser.parse_args()
-    torch.set_num_threads(2)
+    set_up_arithmetic(1)
     columns = [profile(chosen.preset, exploring=exploring, plain=chosen.plain) for exploring in (True, False)]
     print("| ms | exploring | training |\n|---|---|---|")
     for name in columns[0]:

@@ -9,7 +9,7 @@ import torch
 
 from benchmarks.speed.clip_tasks import clip, clip_by_defaults
 from benchmarks.speed.model_tasks import choose, fit, relabel
-from benchmarks.speed.work import ACTION, CPU, OBSERVATION, PRECISIONS, Work
+from benchmarks.speed.work import ACTION, CPU, OBSERVATION, PRECISIONS, Work, as_pytorch_comes
 from labels_db.run_config import SAC
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
@@ -41,6 +41,7 @@ def sac(width: int, batch: int, precision: str = "float32", plain: bool = False)
     columns = (rows[0], np.tanh(rows[1]), rows[2][:, 0], rows[3], np.zeros(5000, bool))
     agent.buffer.add(*map(torch.from_numpy, columns))
     if plain:
+        as_pytorch_comes()
         agent._update = AutogradUpdate(agent)
     return agent.update
 

@@ -12,11 +12,10 @@ def main() -> None:
     task, threads, settings = sys.argv[1], int(sys.argv[2]), json.loads(sys.argv[3])
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:threads])
     os.environ.setdefault("MUJOCO_GL", "egl")
-    import torch
-
     from benchmarks.speed.tasks import TASKS
+    from trainer.arithmetic import set_up_arithmetic
 
-    torch.set_num_threads(threads)
+    set_up_arithmetic(threads)
     work = TASKS[task](**settings)
     print("ready", flush=True)
     for line in sys.stdin:
