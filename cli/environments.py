@@ -7,9 +7,9 @@ from dataclasses import asdict
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from cli.errors import UsageError
+from cli.tables import table_of_names
 from labels_db.catalogue import CatalogueEntry, catalogue
 from labels_db.data_folder import DataFolder
 
@@ -33,10 +33,7 @@ def list_environments(*, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps([asdict(entry) for entry in known], ensure_ascii=False))
         return
-    table = Table(box=None, pad_edge=False)
-    table.add_column("Environment", no_wrap=True)
-    for heading in ("Observations", "Actions", "Episode", "Title"):
-        table.add_column(heading)
+    table = table_of_names("Environment", "Observations", "Actions", "Episode", "Title")
     for entry in known:
         sizes = str(entry.observation_size), str(entry.action_size)
         table.add_row(entry.name, *sizes, _episode(entry), entry.title)

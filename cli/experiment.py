@@ -15,9 +15,9 @@ import structlog
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from cli.errors import UsageError
+from cli.tables import table_of_names
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
 from labels_db.methods import methods
@@ -30,9 +30,7 @@ def list_methods(*, as_json: bool) -> None:
         rows = [{"name": m.name, "is": m.sentence, "settings": dict(m.settings)} for m in methods().values()]
         typer.echo(json.dumps(rows))
         return
-    table = Table(box=None, pad_edge=False)
-    for heading in ("Method", "What it is"):
-        table.add_column(heading)
+    table = table_of_names("Method", "What it is")
     for method in methods().values():
         table.add_row(method.name, method.sentence)
     Console().print(table)

@@ -6,9 +6,9 @@ import json
 
 import typer
 from rich.console import Console
-from rich.table import Table
 from sqlalchemy import select
 
+from cli.tables import table_of_names
 from labels_db.data_folder import DataFolder
 from labels_db.feedback_progress import feedback_progress
 from labels_db.models import Run
@@ -34,9 +34,7 @@ def list_presets(*, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(rows))
         return
-    table = Table(box=None, pad_edge=False)
-    for heading in ("Preset", "Profiles (steps, answers)", "What it teaches"):
-        table.add_column(heading)
+    table = table_of_names("Preset", "Profiles (steps, answers)", "What it teaches")
     for preset in presets().values():
         profiles = ", ".join(f"{n} ({c.total_steps:,}, {c.budget})" for n, c in preset.profiles.items())
         table.add_row(preset.name, profiles, preset.goal)
@@ -67,9 +65,7 @@ def list_runs(data: DataFolder, *, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(rows))
         return
-    table = Table(box=None, pad_edge=False)
-    for heading in ("Run", "State", "Step", "Answers", "Last return"):
-        table.add_column(heading)
+    table = table_of_names("Run", "State", "Step", "Answers", "Last return")
     for row in rows:
         last_return = "–" if row["return"] is None else f"{row['return']:.1f}"
         table.add_row(
