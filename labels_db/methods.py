@@ -26,9 +26,7 @@ class Method:
     def config(self, preset: Preset, profile: str | None = None) -> RunConfig:
         """The preset's configuration by this method."""
         config = preset.config(profile)
-        if (
-            self.on_policy
-        ):  # before this method leaves out exploration or feedback, which have settings there too
+        if self.on_policy:  # first: what this method leaves out may have settings there too
             config = with_settings(config, preset.on_policy_settings(profile))
         return with_settings(config, self.settings)
 

@@ -135,7 +135,9 @@ def laptop(environment: EnvironmentConfig, total_steps: int) -> RunConfig:
     """Chosen by measurement, the agent on walker-walk, its reward model on three tasks: benchmarks/README.md."""
     return RunConfig(
         environment=environment,
-        agent=SAC(width=128, batch_size=256, learning_rate=1e-3, temperature_learning_rate=1e-3),
+        agent=SAC(
+            width=128, layer_norm=True, batch_size=256, learning_rate=1e-3, temperature_learning_rate=1e-3
+        ),
         reward=LearnedReward(depth=1, batch_size=32),
         exploration=StateEntropy(seed_steps=1000, explore_steps=4000),
         feedback=Sessions(
