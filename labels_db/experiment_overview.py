@@ -21,7 +21,7 @@ from labels_db.evaluation_curves import (
     spread_of,
     value_of,
 )
-from labels_db.models import ALIVE, EvaluationResult, Run, RunState
+from labels_db.models import ALIVE, EvaluationResult, ExperimentTitle, Run, RunState
 from labels_db.overview import RunOverview, experiment_overviews
 
 
@@ -60,6 +60,7 @@ class ExperimentSummary:
     """What the dashboard says of an experiment; tasks and methods in the order of its file."""
 
     name: str
+    title: str
     created_at: datetime
     tasks: Sequence[str]
     methods: Sequence[str]
@@ -75,14 +76,26 @@ def experiments(session: Session) -> list[ExperimentSummary]:
         .group_by(Run.experiment, Run.preset, Run.method, Run.state)
         .order_by(first)
     ).all()
-    names = dict.fromkeys(name for name, *_ in rows)
-    found = [_summary(name, [row for row in rows if row[0] == name]) for name in names if name]
+    names = dict.fromkeys(name for name, *_ in rows if name)
+    found = [
+        _summary(name, experiment_title(session, name), [row for row in rows if row[0] == name])
+        for name in names
+    ]
     return sorted(found, key=lambda each: each.created_at, reverse=True)
 
 
-def _summary(name: str, rows: Sequence[Row[Any, Any, Any, RunState, int, datetime]]) -> ExperimentSummary:
+def experiment_title(session: Session, name: str) -> str:
+    """What its file calls it; its name where that was not kept."""
+    kept = session.get(ExperimentTitle, name)
+    return kept.title if kept else name
+
+
+def _summary(
+    name: str, title: str, rows: Sequence[Row[Any, Any, Any, RunState, int, datetime]]
+) -> ExperimentSummary:
     return ExperimentSummary(
         name=name,
+        title=title,
         created_at=rows[0][5],
         tasks=list(dict.fromkeys(row[1] or "" for row in rows)),
         methods=list(dict.fromkeys(row[2] or "" for row in rows)),
@@ -165,6 +178,7 @@ def experiment_overview(session: Session, name: str) -> ExperimentOverview:
         )
     summary = ExperimentSummary(
         name=name,
+        title=experiment_title(session, name),
         created_at=runs[0].run.created_at,
         tasks=list(dict.fromkeys(seen.run.preset or "" for seen in runs)),
         methods=list(dict.fromkeys(seen.run.method or "" for seen in runs)),

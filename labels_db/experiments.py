@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from labels_db.errors import ConflictError
 from labels_db.figures import Differences, Figure, Name
 from labels_db.methods import method_named
-from labels_db.models import Run, RunState
+from labels_db.models import ExperimentTitle, Run, RunState
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from labels_db.run_config import RunConfig
@@ -163,6 +163,7 @@ def request_experiment(
     Those that are done `elsewhere` wait for nothing here any more. ConflictError where a run of that name was
     made with other settings.
     """
+    session.merge(ExperimentTitle(experiment=experiment.name, title=experiment.title))
     for run_id in elsewhere:
         run = session.get(Run, run_id)
         if run is not None and run.state in {RunState.QUEUED, RunState.INTERRUPTED}:

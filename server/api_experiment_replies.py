@@ -33,7 +33,8 @@ class TaskOut(BaseModel):
 class ExperimentOut(BaseModel):
     """Methods, tasks and seeds, each combination a run of its own."""
 
-    name: str
+    name: str = Field(description="What its runs' names begin with.")
+    title: str = Field(description="What its file calls it.")
     created_at: datetime
     tasks: list[TaskOut]
     methods: list[str]

@@ -59,6 +59,7 @@ def show_experiment(name: ExperimentName, services: ServicesDep, measure: str = 
 def _experiment_out(summary: ExperimentSummary) -> ExperimentOut:
     return ExperimentOut(
         name=summary.name,
+        title=summary.title,
         created_at=summary.created_at,
         tasks=[TaskOut(name=task, title=task_title(task)) for task in summary.tasks],
         methods=list(summary.methods),

@@ -27,8 +27,9 @@ class ExperimentView:
 
     @property
     def size(self) -> str:
-        """How much of what: 2 tasks, 3 methods."""
-        return f"{plural(len(self.summary.tasks), 'task')}, {plural(len(self.summary.methods), 'method')}"
+        """Its name and how much of what: few-labels: 2 tasks, 3 methods."""
+        tasks, methods = len(self.summary.tasks), len(self.summary.methods)
+        return f"{self.summary.name}: {plural(tasks, 'task')}, {plural(methods, 'method')}"
 
 
 def experiment_view(summary: ExperimentSummary) -> ExperimentView:

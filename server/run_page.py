@@ -9,6 +9,7 @@ from fastapi import APIRouter, Form, Request
 from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse, Response
 
+from labels_db.experiment_overview import experiment_title
 from labels_db.goal_cards import change_goal
 from labels_db.history import events_of, open_queries, recent_answers, sessions_of
 from labels_db.log_tail import log_tail
@@ -57,6 +58,7 @@ def page(request: Request, run_id: RunId, services: ServicesDep, video: int | No
             "fits": fits_of(session, run_id),
             "events": events_of(session, run_id, limit=EVENTS_SHOWN),
             "asks": policy_asks(session, seen.run),
+            "experiment_title": seen.run.experiment and experiment_title(session, seen.run.experiment),
         }
     return render(
         request,

@@ -4,7 +4,7 @@ from labels_db.models.answers import Answer, Invite, Labeller, Lease
 from labels_db.models.base import Base, Moment, utc_now
 from labels_db.models.learning import EvaluationResult, Fit, Metric, QueryScore
 from labels_db.models.queries import Clip, FeedbackSession, Query, Segment
-from labels_db.models.runs import Checkpoint, Command, Event, GoalCard, Run
+from labels_db.models.runs import Checkpoint, Command, Event, ExperimentTitle, GoalCard, Run
 from labels_db.models.words import ALIVE, ENDED, Choice, Desired, LabellerKind, Pressed, QueryState, RunState
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "Desired",
     "EvaluationResult",
     "Event",
+    "ExperimentTitle",
     "FeedbackSession",
     "Fit",
     "GoalCard",

@@ -48,6 +48,15 @@ class Run(Base):
     goal_cards: Mapped[list[GoalCard]] = relationship(order_by="GoalCard.version")
 
 
+class ExperimentTitle(Base):
+    """What people read where an experiment is meant; runs know it by its name."""
+
+    __tablename__ = "experiment_titles"
+
+    experiment: Mapped[str] = mapped_column(primary_key=True)
+    title: Mapped[str]
+
+
 class GoalCard(Base):
     """What labellers are asked to look for; a change is a new version."""
 

@@ -18,12 +18,12 @@ from labels_db.experiment_overview import (
 )
 from labels_db.experiments import request_experiment
 from labels_db.feedback_progress import feedback_progress, feedback_progress_of
-from labels_db.models import Run
+from labels_db.models import ExperimentTitle, Run
 from labels_db.overview import chosen_overviews, experiment_overviews, overviews, single_overviews
 from labels_db.runs import stop_run
 from tests.labels_db import given
 from tests.web import demo_experiment
-from tests.web.demo_experiment import NAME, TASKS
+from tests.web.demo_experiment import NAME, TASKS, TITLE
 
 
 @pytest.fixture
@@ -53,10 +53,23 @@ def test_every_experiment_says_how_it_stands_and_what_of(session: Session) -> No
     stop_run(session, "later-walker-walk-sac-1")
     later, first = experiments(session)
     assert (first.name, later.name) == (NAME, "later")
+    assert first.title == TITLE
     assert first.standing == Standing(finished=12, going=2, queued=3, failed=1, stopped=0)
     assert (first.standing.runs, later.standing.stopped, later.standing.queued) == (18, 1, 5)
     assert (first.tasks, first.methods) == (list(TASKS), ["pebble", "preference-ppo", "sac"])
     assert experiment_overview(session, NAME).summary == first
+
+
+def test_a_changed_title_is_the_one_that_counts(session: Session) -> None:
+    renamed = demo_experiment.experiment().model_copy(update={"title": "Few answers"})
+    request_experiment(session, renamed)
+    assert experiment_overview(session, NAME).summary.title == "Few answers"
+
+
+def test_an_experiment_of_before_titles_were_kept_goes_by_its_name(session: Session) -> None:
+    session.delete(session.get_one(ExperimentTitle, NAME))
+    session.flush()
+    assert experiment_overview(session, NAME).summary.title == NAME
 
 
 def test_archived_runs_are_left_out(session: Session) -> None:

@@ -7,7 +7,7 @@ import pytest
 from labels_db.experiments import request_experiment
 from tests.server.conftest import Site
 from tests.web import demo, demo_experiment
-from tests.web.demo_experiment import NAME, TASKS
+from tests.web.demo_experiment import NAME, TASKS, TITLE
 
 PAGE = f"/experiments/{NAME}"
 API = f"/api/experiments/{NAME}"
@@ -27,7 +27,8 @@ def test_the_dashboard_has_one_row_for_all_its_runs(site: Site, runs: list[str])
     page = site.client.get("/").text
     assert f'href="{PAGE}"' in page
     assert "12 of 18 runs finished, 2 under way, 3 queued, 1 failed." in page
-    assert "2 tasks, 3 methods" in page
+    assert TITLE in page
+    assert f"{NAME}: 2 tasks, 3 methods" in page
     assert runs[0] not in page
     assert "&lt;b&gt;Alone&lt;/b&gt;" in page
     assert page.count('type="checkbox" name="run"') == 2
@@ -58,7 +59,7 @@ def test_its_runs_are_listed_task_by_task(site: Site, runs: list[str]) -> None:
     assert len(places) == 18
     first = [run for _, run in sorted(zip(places, runs, strict=True))][:3]
     assert first == [f"{NAME}-{TASKS[0]}-pebble-{seed}" for seed in (1, 2, 3)]
-    assert f'href="{PAGE}"' in site.client.get(f"/runs/{runs[0]}").text
+    assert f'Part of the experiment <a href="{PAGE}">{TITLE}</a>.' in site.client.get(f"/runs/{runs[0]}").text
 
 
 @pytest.mark.usefixtures("runs")

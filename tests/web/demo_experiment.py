@@ -15,7 +15,7 @@ from labels_db.records import record_evaluation
 from tests.labels_db.given import a_segment
 from tests.web import demo
 
-NAME = "few-labels"
+NAME, TITLE = "few-labels", "Few labels"
 BEST = {"pebble": 820.0, "preference-ppo": 410.0, "sac": 900.0}
 TASKS = ("cartpole-swingup", "walker-walk")
 STEPS = 50_000
@@ -26,7 +26,7 @@ def experiment(name: str = NAME, *, seeds: int = 3, budget: int = 60) -> Experim
     asked = {"feedback.teacher.kind": "oracle", "feedback.budget": budget}
     return Experiment(
         name=name,
-        title="Few labels",
+        title=TITLE,
         tasks=list(TASKS),
         methods=[Compared(method=m, name=m, settings={} if m == "sac" else asked) for m in BEST],
         seeds=list(range(1, seeds + 1)),

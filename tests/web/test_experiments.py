@@ -12,7 +12,7 @@ from labels_db.claims import Claim, finish_run
 from labels_db.models import Run
 from tests.web import demo, demo_experiment
 from tests.web.conftest import LiveServer
-from tests.web.demo_experiment import NAME, STEPS, TASKS
+from tests.web.demo_experiment import NAME, STEPS, TASKS, TITLE
 
 GOING = f"{NAME}-{TASKS[0]}-pebble-3"
 
@@ -24,7 +24,7 @@ def opened(page: Page, live_server: LiveServer) -> Page:
         demo_experiment.populate(session)
     page.goto(live_server.url)
     expect(page.get_by_text("12 of 18 runs finished")).to_be_visible()
-    page.get_by_role("link", name=NAME, exact=True).click()
+    page.get_by_role("link", name=TITLE, exact=True).click()
     return page
 
 
