@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 
 from labels_db.errors import AttemptLostError
 from labels_db.models import ALIVE, Desired, Run, RunState
+from labels_db.numbers import number
 from labels_db.runs import end_run, expect, get_run, note, requeue
 
 STALE_AFTER = timedelta(seconds=30)
@@ -131,7 +132,7 @@ def interrupt_run(session: Session, run: Run, reason: str) -> str:
     run.state = RunState.INTERRUPTED
     note(session, run, reason)
     if run.desired is Desired.STOP:
-        end_run(session, run, RunState.STOPPED, f"Stopped at step {run.step}.")
+        end_run(session, run, RunState.STOPPED, f"Stopped at step {number(run.step)}.")
     elif run.fruitless_attempts >= MAX_FRUITLESS_ATTEMPTS:
         error = f"{run.fruitless_attempts} attempts in a row made no progress. {reason}"
         end_run(session, run, RunState.FAILED, error, error=error)
@@ -151,13 +152,15 @@ def made_progress(session: Session, claim: Claim) -> None:
 def finish_run(session: Session, claim: Claim) -> None:
     """The trainer has done all it was asked."""
     run = owned_run(session, claim)
-    end_run(session, run, RunState.FINISHED, f"Finished at step {run.step}.")
+    end_run(session, run, RunState.FINISHED, f"Finished at step {number(run.step)}.")
 
 
 def acknowledge_stop(session: Session, claim: Claim) -> None:
     """The trainer has stopped, its checkpoint written."""
     run = owned_run(session, claim)
-    end_run(session, run, RunState.STOPPED, f"Stopped at step {run.step}. Resume continues from there.")
+    end_run(
+        session, run, RunState.STOPPED, f"Stopped at step {number(run.step)}. Resume continues from there."
+    )
 
 
 def yield_run(session: Session, claim: Claim) -> None:

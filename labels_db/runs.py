@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from labels_db.errors import ConflictError, NotFoundError
 from labels_db.models import ALIVE, Desired, Event, GoalCard, Run, RunState, utc_now
+from labels_db.numbers import number
 from labels_db.overrides import with_settings
 from labels_db.run_config import RunConfig
 
@@ -112,7 +113,7 @@ def extend_run(session: Session, run_id: str, *, total_steps: int | None, budget
     before = config_of(run)
     config = _larger(before, total_steps, budget)
     run.config = config.model_dump(mode="json")
-    note(session, run, f"Extended to {config.total_steps} steps and {config.budget} answers.")
+    note(session, run, f"Extended to {number(config.total_steps)} steps and {number(config.budget)} answers.")
     if run.state is RunState.FINISHED:
         requeue(run)
     return run

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from labels_db.models import Command
-from server.words import decimal, measure, number, plural, size
+from labels_db.numbers import number
+from server.words import decimal, measure, plural, size
 
 DOING = {"evaluate": "Evaluating.", "export-policy": "Exporting."}
 

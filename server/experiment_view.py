@@ -8,9 +8,10 @@ from datetime import datetime
 from itertools import product
 
 from labels_db.experiment_overview import ExperimentOverview, ExperimentSummary, Result, Standing
+from labels_db.numbers import number
 from labels_db.presets import preset_named
 from server.run_view import RunView, Tone, view
-from server.words import number, plural
+from server.words import plural
 
 
 @dataclass(frozen=True)

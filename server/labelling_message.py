@@ -8,8 +8,9 @@ from datetime import datetime
 from labels_db.claims import STALE_AFTER
 from labels_db.labelling import Queue
 from labels_db.models import ALIVE, Desired, RunState
+from labels_db.numbers import number
 from server.labelling_models import MessageKind, MessageOut
-from server.words import duration, number
+from server.words import duration
 
 Reason = Callable[[Queue, datetime], MessageOut | None]
 

@@ -13,11 +13,12 @@ from pydantic import ValidationError
 from labels_db.catalogue import catalogue
 from labels_db.config_fields import ConfigField, fields_of
 from labels_db.estimate import estimate_bytes
+from labels_db.numbers import number
 from labels_db.overrides import SettingError, setting_errors, with_kinds
 from labels_db.presets import Preset
 from labels_db.run_config import RunConfig
 from server.new_run import chosen_config
-from server.words import number, size
+from server.words import size
 
 A_LOT = 1_000_000
 """Upper bounds from here on keep mistakes out; nobody needs to read them."""

@@ -8,8 +8,9 @@ from datetime import datetime
 from labels_db.claims import STALE_AFTER
 from labels_db.history import OpenQuery
 from labels_db.models import ALIVE, Desired, Run, RunState
+from labels_db.numbers import number
 from labels_db.overview import RunOverview
-from server.words import duration, number, plural
+from server.words import duration, plural
 
 PLACES = ("Next", "Second", "Third", "Fourth", "Fifth", "Sixth", "Seventh", "Eighth", "Ninth", "Tenth")
 

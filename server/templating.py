@@ -12,6 +12,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 from starlette.staticfiles import StaticFiles
 
+from labels_db.numbers import number
 from server import words
 
 WEB = Path(__file__).resolve().parent.parent / "web"
@@ -47,7 +48,7 @@ def make_templates(version: str) -> Environment:
     )
     templates.globals["static"] = functools.partial("/static/{}/{}".format, version)
     for filter in (
-        words.number,
+        number,
         words.decimal,
         words.percent,
         words.plural,

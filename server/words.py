@@ -9,13 +9,7 @@ from typing import Any
 from labels_db.config_differences import Absent
 from labels_db.evaluation_curves import RETURN, Spread
 from labels_db.models import utc_now
-
-THIN = "\N{NARROW NO-BREAK SPACE}"
-
-
-def number(value: int) -> str:
-    """A count, its thousands apart: 12 400."""
-    return f"{value:,}".replace(",", THIN).replace("-", "−")
+from labels_db.numbers import THIN, number
 
 
 def decimal(value: float | None, places: int = 1) -> str:

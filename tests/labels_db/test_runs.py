@@ -337,6 +337,7 @@ def test_a_run_is_never_shortened(
 def test_a_runs_history_is_told_in_sentences(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
+        session.get_one(Run, "mill").step = 12_400
         runs.stop_run(session, "mill")
         claims.acknowledge_stop(session, owner)
         told = session.scalars(select(Event.text).order_by(Event.id)).all()
@@ -344,5 +345,5 @@ def test_a_runs_history_is_told_in_sentences(database: Database) -> None:
         "Asked for.",
         "Attempt 1 starts.",
         "Stop asked for.",
-        "Stopped at step 0. Resume continues from there.",
+        "Stopped at step 12\u202f400. Resume continues from there.",
     ]

@@ -9,12 +9,13 @@ import pytest
 from labels_db.config_differences import ABSENT
 from labels_db.evaluation_curves import spread_of
 from labels_db.models import utc_now
+from labels_db.numbers import number
 from server import words
 
 
 def test_numbers() -> None:
-    assert words.number(12400) == "12\u202f400"
-    assert words.number(-5) == "−5"
+    assert number(12400) == "12\u202f400"
+    assert number(-5) == "−5"
     assert words.decimal(None) == "–"
     assert words.decimal(1234.56) == "1\u202f234.6"
     assert words.percent(0.876) == "88%"
