@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import select
@@ -10,11 +10,11 @@ from sqlalchemy.orm import Session
 
 from labels_db.commands import ask
 from labels_db.errors import ConflictError
-from labels_db.models import ENDED, Command
-from labels_db.records import checkpoints_of
-from labels_db.runs import get_run
+from labels_db.models import ENDED, Command, EvaluationResult
+from labels_db.records import checkpoints_of, evaluation
+from labels_db.runs import config_of, get_run
 
-POLICY_COMMANDS = frozenset({"evaluate", "export-policy"})
+POLICY_COMMANDS = frozenset({"evaluate", "film", "export-policy"})
 
 
 def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **arguments: Any) -> Command:
@@ -28,7 +28,27 @@ def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **
         raise ConflictError(
             f"run {run_id}: cannot {kind}; it ended without a checkpoint, so has no policy yet"
         )
+    if kind == "film" and not config_of(run).catalogue_entry.can_be_drawn:
+        raise ConflictError(f"run {run_id}: cannot film; its environment has no picture")
     return ask(session, run_id, kind, asked_by=asked_by, **arguments)
+
+
+def keep_film(
+    session: Session,
+    run_id: str,
+    *,
+    step: int,
+    returns: Sequence[float],
+    measures: Mapping[str, float],
+    video_key: str,
+) -> None:
+    """The policy at that step has been filmed; without an evaluation there, this one is kept as well."""
+    at_step = (EvaluationResult.run_id == run_id, EvaluationResult.step == step)
+    found = session.scalar(select(EvaluationResult).where(*at_step))
+    if found is None:
+        found = evaluation(run_id, step=step, returns=returns, measures=measures)
+        session.add(found)
+    found.video_key = video_key
 
 
 def policy_commands_of(session: Session, run_id: str, *, limit: int) -> Sequence[Command]:

@@ -114,18 +114,25 @@ def record_evaluation(
     session.execute(
         delete(EvaluationResult).where(EvaluationResult.run_id == claim.run_id, EvaluationResult.step == step)
     )
-    found = EvaluationResult(
-        run_id=claim.run_id,
+    found = evaluation(claim.run_id, step=step, returns=returns, measures=measures)
+    found.video_key = video_key
+    session.add(found)
+    session.flush()
+    return found
+
+
+def evaluation(
+    run_id: str, *, step: int, returns: Sequence[float], measures: Mapping[str, Any]
+) -> EvaluationResult:
+    """The row of episodes that have just been lived through."""
+    return EvaluationResult(
+        run_id=run_id,
         step=step,
         returns=list(returns),
         mean_return=sum(returns) / len(returns),
         measures=dict(measures),
-        video_key=video_key,
         at=utc_now(),
     )
-    session.add(found)
-    session.flush()
-    return found
 
 
 def attach_video(session: Session, claim: Claim, *, step: int, video_key: str) -> None:

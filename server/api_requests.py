@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from fastapi import Path
@@ -73,10 +75,16 @@ class NewGoal(Asked):
     text: GoalText = Field(examples=["Prefer the clip in which the pole turns faster and more evenly."])
 
 
+TAKES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {"evaluate": {"episodes": 10}, "film": {}, "export-policy": {"format": "onnx"}}
+)
+"""What each command may be told, and what it takes where it is not."""
+
+
 class NewCommand(Asked):
     """Something to be done with the last policy of a run that has ended."""
 
-    kind: Literal["evaluate", "export-policy"]
+    kind: Literal["evaluate", "film", "export-policy"]
     episodes: int | None = Field(None, ge=1, le=100, description="With `evaluate` only; 10 when absent.")
     format: Literal["onnx", "safetensors"] | None = Field(
         None, description="With `export-policy` only; onnx when absent."
@@ -84,13 +92,11 @@ class NewCommand(Asked):
 
     @model_validator(mode="after")
     def _nothing_idle(self) -> NewCommand:
-        idle, other = ("format", self.format) if self.kind == "evaluate" else ("episodes", self.episodes)
-        if other is not None:
-            raise ValueError(f"{self.kind} takes no {idle}; leave it out")
+        for name in ("episodes", "format"):
+            if getattr(self, name) is not None and name not in TAKES[self.kind]:
+                raise ValueError(f"{self.kind} takes no {name}; leave it out")
         return self
 
     @property
     def arguments(self) -> dict[str, Any]:
-        if self.kind == "evaluate":
-            return {"episodes": self.episodes or 10}
-        return {"format": self.format or "onnx"}
+        return {name: getattr(self, name) or usual for name, usual in TAKES[self.kind].items()}

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from labels_db.models import Command
 from labels_db.numbers import number
 from server.words import decimal, measure, plural, size
 
-DOING = {"evaluate": "Evaluating.", "export-policy": "Exporting."}
+DOING = {"evaluate": "Evaluating.", "film": "Filming.", "export-policy": "Exporting."}
 
 
 def error_of(command: Command) -> str | None:
@@ -31,7 +33,7 @@ def command_sentence(command: Command) -> str:
         return DOING[command.kind]
     if error := error_of(command):
         return f"That did not work: {error}"
-    return evaluated(command.result) if command.kind == "evaluate" else exported(command.result)
+    return TELLING[command.kind](command.result)
 
 
 def evaluated(result: dict[str, Any]) -> str:
@@ -44,3 +46,13 @@ def evaluated(result: dict[str, Any]) -> str:
 
 def exported(result: dict[str, Any]) -> str:
     return f"The policy after step {number(result['step'])}, {size(result['bytes'])}."
+
+
+def filmed(result: dict[str, Any]) -> str:
+    step, earned = number(result["step"]), decimal(result["return"])
+    return f"Among the videos above: its policy after step {step}, with a true return of {earned}."
+
+
+TELLING: Mapping[str, Callable[[dict[str, Any]], str]] = MappingProxyType(
+    {"evaluate": evaluated, "film": filmed, "export-policy": exported}
+)

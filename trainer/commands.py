@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -15,12 +16,14 @@ from labels_db import commands
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import Command
+from labels_db.policy_commands import keep_film
 from labels_db.storage import ArtifactError, ArtifactStore
 from trainer.checkpoints import CheckpointError
 from trainer.environments import make_environment
 from trainer.evaluation import evaluate, mean_measures
 from trainer.export import ExportError, export_policy
 from trainer.policy import TrainedPolicy, load_policy
+from trainer.rendering import Renderer, RenderingError
 
 log = structlog.get_logger()
 
@@ -40,30 +43,61 @@ def evaluation_of(policy: TrainedPolicy, episodes: int, seed: int) -> dict[str, 
     }
 
 
-def _evaluate(command: Command, policy: TrainedPolicy, _store: ArtifactStore) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Record:
+    """Where what comes of a command is kept."""
+
+    database: Database
+    store: ArtifactStore
+
+
+def _evaluate(command: Command, policy: TrainedPolicy, _record: Record) -> dict[str, Any]:
     return evaluation_of(policy, int(command.arguments.get("episodes", 10)), policy.config.seed)
 
 
-def _export(command: Command, policy: TrainedPolicy, store: ArtifactStore) -> dict[str, Any]:
+def _film(command: Command, policy: TrainedPolicy, record: Record) -> dict[str, Any]:
+    """The first episode of the run's own evaluations, kept beside the evaluation at that step."""
+    config = policy.config
+    environment = make_environment(config.environment)
+    lived = evaluate(policy, environment, seed=config.seed, episodes=config.evaluation.episodes)
+    key = f"runs/{command.run_id}/videos/c{command.id}-{policy.step}.mp4"
+    with Renderer(config.environment, config.clips) as renderer:
+        video = renderer.video(lived[0].seed, lived[0].states, environment.control_step)
+        record.store.write(key, video.result())
+    with record.database.write() as session:
+        keep_film(
+            session,
+            command.run_id,
+            step=policy.step,
+            returns=[episode.true_return for episode in lived],
+            measures=mean_measures(lived),
+            video_key=key,
+        )
+    return {"step": policy.step, "return": lived[0].true_return}
+
+
+def _export(command: Command, policy: TrainedPolicy, record: Record) -> dict[str, Any]:
     ending = command.arguments.get("format", "onnx")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{command.run_id}-step-{policy.step}.{ending}"
         export_policy(policy, path)
         data = path.read_bytes()
     key = f"runs/{command.run_id}/exports/{command.id}/{path.name}"
-    return {"artifact": key, "sha256": store.write(key, data), "step": policy.step, "bytes": len(data)}
+    return {"artifact": key, "sha256": record.store.write(key, data), "step": policy.step, "bytes": len(data)}
 
 
-DOERS: Mapping[str, Callable[[Command, TrainedPolicy, ArtifactStore], dict[str, Any]]] = MappingProxyType(
-    {"evaluate": _evaluate, "export-policy": _export}
+DOERS: Mapping[str, Callable[[Command, TrainedPolicy, Record], dict[str, Any]]] = MappingProxyType(
+    {"evaluate": _evaluate, "film": _film, "export-policy": _export}
 )
 
 
 def do(command: Command, database: Database, store: ArtifactStore) -> dict[str, Any]:
     """What came of it: its result, or the reason why there is none."""
     try:
-        return DOERS[command.kind](command, load_policy(database, store, command.run_id), store)
-    except (ArtifactError, CheckpointError, ExportError) as error:
+        return DOERS[command.kind](
+            command, load_policy(database, store, command.run_id), Record(database, store)
+        )
+    except (ArtifactError, CheckpointError, ExportError, RenderingError) as error:
         return {"error": str(error)}
     except Exception as error:  # the asker must hear of it, whatever it is
         log.exception("command failed", kind=command.kind, run=command.run_id)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from labels_db.catalogue import CatalogueEntry
 from labels_db.claims import finish_run
 from labels_db.models import Command, utc_now
 from tests.server.conftest import BASE, Site
@@ -12,13 +13,18 @@ from tests.web import demo
 SAME = {"Origin": BASE}
 EVALUATE = {"kind": "evaluate"}
 EXPORT = {"kind": "export-policy"}
+FILM = {"kind": "film"}
 
 
 @pytest.fixture
 def run_id(site: Site) -> str:
     """A finished run with a checkpoint."""
+    return finished(site, demo.WINDMILL)
+
+
+def finished(site: Site, preset: str) -> str:
     with site.database.write() as session:
-        held = demo.started(session, demo.queued(session, demo.WINDMILL))
+        held = demo.started(session, demo.queued(session, preset))
         demo.saved(session, held, 40_000)
         finish_run(session, held)
     return held.run_id
@@ -36,6 +42,7 @@ def exported(site: Site, run_id: str, form: str = "onnx") -> Command:
     [
         (EVALUATE, {"episodes": 10}),
         ({**EVALUATE, "episodes": 3}, {"episodes": 3}),
+        (FILM, {}),
         (EXPORT, {"format": "onnx"}),
         ({**EXPORT, "format": "safetensors"}, {"format": "safetensors"}),
     ],
@@ -55,12 +62,13 @@ def test_a_command_is_left_for_the_supervisor(
     ("body", "field", "reason"),
     [
         ({}, "kind", "Field required"),
-        ({"kind": "delete"}, "kind", "'evaluate' or 'export-policy'"),
+        ({"kind": "delete"}, "kind", "'evaluate', 'film' or 'export-policy'"),
         ({**EVALUATE, "episodes": 0}, "episodes", "greater than or equal to 1"),
         ({**EVALUATE, "episodes": 101}, "episodes", "less than or equal to 100"),
         ({**EXPORT, "format": "pickle"}, "format", "'onnx' or 'safetensors'"),
         ({**EXPORT, "path": "x"}, "path", "not permitted"),
         ({**EXPORT, "episodes": 1}, "body", "export-policy takes no episodes"),
+        ({**FILM, "episodes": 1}, "body", "film takes no episodes"),
         ({**EVALUATE, "format": "onnx"}, "body", "evaluate takes no format"),
     ],
 )
@@ -93,6 +101,17 @@ def test_only_an_ended_run_with_a_checkpoint_has_a_policy_to_give(site: Site) ->
     assert "Export as ONNX" not in page
 
 
+def test_what_has_no_picture_is_not_filmed(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_id = finished(site, "cartpole-swingup")  # by script: people could not be asked at all
+    assert "“Film it”, below" in site.client.get(f"/runs/{run_id}").text
+    monkeypatch.setattr(CatalogueEntry, "can_be_drawn", False)
+    refused = site.client.post(f"/api/runs/{run_id}/commands", json=FILM)
+    assert (refused.status_code, "its environment has no picture" in refused.text) == (409, True)
+    page = site.client.get(f"/runs/{run_id}").text
+    assert "Export as ONNX" in page
+    assert "Film it" not in page
+
+
 def test_an_unknown_run_has_no_commands(site: Site) -> None:
     assert site.client.get("/api/runs/nobody/commands").status_code == 404
     assert site.client.post("/api/runs/nobody/commands", json=EVALUATE).status_code == 404
@@ -101,6 +120,7 @@ def test_an_unknown_run_has_no_commands(site: Site) -> None:
 def test_what_came_of_commands_is_told(site: Site, run_id: str) -> None:
     with site.database.write() as session:
         demo.reevaluated(session, demo.asked_of(session, run_id, "evaluate", episodes=10), 40_000)
+        demo.done(session, demo.asked_of(session, run_id, "film"), {"step": 40_000, "return": 790.04})
         demo.asked_of(session, run_id, "evaluate", episodes=5).taken_at = utc_now()
         failed = demo.asked_of(session, run_id, "export-policy", format="safetensors")
         demo.done(session, failed, {"error": "no room left"})
@@ -110,12 +130,13 @@ def test_what_came_of_commands_is_told(site: Site, run_id: str) -> None:
         "The policy after step 40\u202f000, 271 kB.",
         "That did not work: no room left",
         "Evaluating.",
+        "Among the videos above: its policy after step 40\u202f000, with a true return of 790.0.",
         "After step 40\u202f000: true return 812.3 over 10 episodes, largest tilt 4.",
     ]
     assert listed[0]["download_url"] == f"/runs/{run_id}/exports/{command.id}"
     assert "artifact" not in listed[0]["result"]
     assert (listed[1]["result"], listed[1]["error"]) == (None, "no room left")
-    assert listed[3]["result"]["return"] == pytest.approx(812.34)
+    assert listed[4]["result"]["return"] == pytest.approx(812.34)
 
 
 def test_only_the_latest_twenty_are_listed(site: Site, run_id: str) -> None:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 import torch
 from safetensors.numpy import load_file
 
+from labels_db.artifacts import video_of
 from labels_db.models import Command
+from labels_db.records import evaluations_of
 from labels_db.run_config import RunConfig
 from tests.trainer.conftest import RUN, Lab, small_config
 from trainer.agents.registry import make_agent, policy_layers
 from trainer.checkpoints import CheckpointError
-from trainer.commands import DOERS, do
+from trainer.commands import DOERS, Record, do
 from trainer.export import ExportError, export_policy
 from trainer.policy import TrainedPolicy, load_policy
 from trainer.randomness import Randomness
@@ -63,7 +67,7 @@ def test_safetensors_with_its_layout_can_be_rolled_out_by_hand(policy: TrainedPo
 
 def test_an_exported_file_explains_itself(policy: TrainedPolicy, lab: Lab) -> None:
     command = Command(id=7, run_id=RUN, kind="export-policy", arguments={"format": "safetensors"})
-    result = DOERS[command.kind](command, policy, lab.store)
+    result = DOERS[command.kind](command, policy, Record(lab.database, lab.store))
     assert result["artifact"] == f"runs/{RUN}/exports/7/{RUN}-step-900.safetensors"
     data = lab.store.read(result["artifact"], result["sha256"])
     assert result["bytes"] == len(data)
@@ -71,6 +75,25 @@ def test_an_exported_file_explains_itself(policy: TrainedPolicy, lab: Lab) -> No
     layout = json.loads(header["__metadata__"]["layout"])
     assert (layout["step"], layout["layers"][-1]["activation"]) == (900, "tanh")
     assert all(layer["weight"] in header for layer in layout["layers"])
+
+
+def test_a_film_is_kept_with_the_evaluation_of_its_step(policy: TrainedPolicy, lab: Lab) -> None:
+    lab.request(policy.config)
+    record = Record(lab.database, lab.store)
+    first = DOERS["film"](Command(id=7, run_id=RUN, kind="film", arguments={}), policy, record)
+    again = DOERS["film"](Command(id=8, run_id=RUN, kind="film", arguments={}), policy, record)
+    with lab.database.read() as session:
+        (kept,) = evaluations_of(session, RUN)
+        assert video_of(session, RUN, 900) == f"runs/{RUN}/videos/c8-900.mp4"
+    assert (kept.step, len(kept.returns)) == (900, policy.config.evaluation.episodes)
+    assert set(kept.measures) == {"turns"}
+    assert first == again == {"step": 900, "return": kept.returns[0]}
+    with av.open(io.BytesIO(lab.store.read(f"runs/{RUN}/videos/c8-900.mp4")), "r") as film:
+        (stream,) = film.streams.video
+        assert (stream.width, stream.height) == (64, 64)
+        assert sum(1 for _ in film.decode(stream)) == pytest.approx(
+            250, abs=2
+        )  # ten seconds, the whole episode
 
 
 def test_a_command_that_cannot_be_done_says_why(lab: Lab) -> None:
