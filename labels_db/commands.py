@@ -13,7 +13,7 @@ from labels_db.models import ALIVE, Command, Run, utc_now
 from labels_db.runs import get_run
 
 GIVEN_UP_AFTER = timedelta(minutes=15)
-"""A taker that has left no result for so long is dead: an evaluation or an export takes it a few minutes."""
+"""A taker that has left no result for so long is dead: an evaluation, a video or an export takes it a few minutes."""
 
 
 def ask(session: Session, run_id: str, kind: str, *, asked_by: str, **arguments: Any) -> Command:

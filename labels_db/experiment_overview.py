@@ -76,10 +76,10 @@ def experiments(session: Session) -> list[ExperimentSummary]:
         .group_by(Run.experiment, Run.preset, Run.method, Run.state)
         .order_by(first)
     ).all()
+    titles = {kept.experiment: kept.title for kept in session.scalars(select(ExperimentTitle))}
     names = dict.fromkeys(name for name, *_ in rows if name)
     found = [
-        _summary(name, experiment_title(session, name), [row for row in rows if row[0] == name])
-        for name in names
+        _summary(name, titles.get(name, name), [row for row in rows if row[0] == name]) for name in names
     ]
     return sorted(found, key=lambda each: each.created_at, reverse=True)
 

@@ -47,7 +47,7 @@ class Experiment(Config):
     """What one file says."""
 
     name: Name
-    title: str
+    title: str = Field(min_length=1)
     profile: str | None = None
     tasks: list[str] = Field(min_length=1)
     methods: list[str | Compared] = Field(min_length=1)

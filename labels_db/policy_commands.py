@@ -10,11 +10,11 @@ from sqlalchemy.orm import Session
 
 from labels_db.commands import ask
 from labels_db.errors import ConflictError
-from labels_db.models import ENDED, Command, EvaluationResult
-from labels_db.records import checkpoints_of, evaluation
+from labels_db.models import ENDED, Command, Run
+from labels_db.records import checkpoints_of, evaluation, evaluation_at
 from labels_db.runs import config_of, get_run
 
-POLICY_COMMANDS = frozenset({"evaluate", "film", "export-policy"})
+POLICY_COMMANDS = frozenset({"evaluate", "video", "export-policy"})
 
 
 def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **arguments: Any) -> Command:
@@ -28,12 +28,23 @@ def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **
         raise ConflictError(
             f"run {run_id}: cannot {kind}; it ended without a checkpoint, so has no policy yet"
         )
-    if kind == "film" and not config_of(run).catalogue_entry.can_be_drawn:
-        raise ConflictError(f"run {run_id}: cannot film; its environment has no picture")
+    if kind == "video" and not video_missing(session, run):
+        raise ConflictError(
+            f"run {run_id}: no video to make; its last policy has one already, or its environment no picture"
+        )
     return ask(session, run_id, kind, asked_by=asked_by, **arguments)
 
 
-def keep_film(
+def video_missing(session: Session, run: Run) -> bool:
+    """Whether the policy of the run's last checkpoint could be seen and has not been drawn yet."""
+    saved = checkpoints_of(session, run.id)
+    if not saved or not config_of(run).catalogue_entry.can_be_drawn:
+        return False
+    found = evaluation_at(session, run.id, saved[0].step)
+    return found is None or found.video_key is None
+
+
+def keep_video(
     session: Session,
     run_id: str,
     *,
@@ -42,9 +53,14 @@ def keep_film(
     measures: Mapping[str, float],
     video_key: str,
 ) -> None:
-    """The policy at that step has been filmed; without an evaluation there, this one is kept as well."""
-    at_step = (EvaluationResult.run_id == run_id, EvaluationResult.step == step)
-    found = session.scalar(select(EvaluationResult).where(*at_step))
+    """A video of the policy at that step; where no evaluation is there, this one is kept as well.
+
+    ConflictError where the run has gone on meanwhile: its trainer alone says now what was evaluated when.
+    """
+    run = get_run(session, run_id)
+    if run.state not in ENDED:
+        raise ConflictError(f"run {run_id}: goes on, so the video was not kept; ask again once it has ended")
+    found = evaluation_at(session, run_id, step)
     if found is None:
         found = evaluation(run_id, step=step, returns=returns, measures=measures)
         session.add(found)

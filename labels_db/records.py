@@ -1,4 +1,4 @@
-"""What a trainer records of itself: metrics, fits, scores, evaluations, checkpoints."""
+"""What is recorded of training: metrics, fits, scores, evaluations, checkpoints."""
 
 from __future__ import annotations
 
@@ -109,13 +109,14 @@ def record_evaluation(
     measures: Mapping[str, Any],
     video_key: str | None,
 ) -> EvaluationResult:
-    """Keep an evaluation; one made again at the same step replaces the earlier."""
+    """Keep an evaluation; one made again at the same step replaces the earlier, but for its video."""
     owned_run(session, claim)
-    session.execute(
-        delete(EvaluationResult).where(EvaluationResult.run_id == claim.run_id, EvaluationResult.step == step)
-    )
     found = evaluation(claim.run_id, step=step, returns=returns, measures=measures)
     found.video_key = video_key
+    if (before := evaluation_at(session, claim.run_id, step)) is not None:
+        found.video_key = video_key or before.video_key
+        session.delete(before)
+        session.flush()
     session.add(found)
     session.flush()
     return found
@@ -138,9 +139,14 @@ def evaluation(
 def attach_video(session: Session, claim: Claim, *, step: int, video_key: str) -> None:
     """The evaluation's episode has been rendered."""
     owned_run(session, claim)
-    found = session.scalar(_evaluations(claim.run_id).where(EvaluationResult.step == step))
+    found = evaluation_at(session, claim.run_id, step)
     if found is not None:
         found.video_key = video_key
+
+
+def evaluation_at(session: Session, run_id: str, step: int) -> EvaluationResult | None:
+    """The run's evaluation at that very step."""
+    return session.scalar(_evaluations(run_id).where(EvaluationResult.step == step))
 
 
 def evaluations_of(session: Session, run_id: str) -> Sequence[EvaluationResult]:

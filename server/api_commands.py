@@ -1,4 +1,4 @@
-"""The API for what is done with an ended run's policy: evaluate it again, export it."""
+"""The API for what is done with an ended run's policy: evaluate it again, have it drawn, export it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ router = APIRouter(prefix="/api/runs/{run_id}", tags=["commands"], responses=REF
 
 @router.post("/commands", status_code=201, responses=NOT_NOW)
 def ask(run_id: RunId, asked: NewCommand, services: ServicesDep) -> CommandOut:
-    """Ask the supervisor to evaluate or export the run's last policy; look again for what came of it."""
+    """Ask the supervisor to evaluate, draw or export the run's last policy; look again for what came of it."""
     with services.database.write() as session:
         return command_out(ask_of_policy(session, run_id, asked.kind, asked_by=OPERATOR, **asked.arguments))
 

@@ -76,7 +76,7 @@ class NewGoal(Asked):
 
 
 TAKES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {"evaluate": {"episodes": 10}, "film": {}, "export-policy": {"format": "onnx"}}
+    {"evaluate": {"episodes": 10}, "video": {}, "export-policy": {"format": "onnx"}}
 )
 """What each command may be told, and what it takes where it is not."""
 
@@ -84,7 +84,7 @@ TAKES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 class NewCommand(Asked):
     """Something to be done with the last policy of a run that has ended."""
 
-    kind: Literal["evaluate", "film", "export-policy"]
+    kind: Literal["evaluate", "video", "export-policy"]
     episodes: int | None = Field(None, ge=1, le=100, description="With `evaluate` only; 10 when absent.")
     format: Literal["onnx", "safetensors"] | None = Field(
         None, description="With `export-policy` only; onnx when absent."

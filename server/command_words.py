@@ -10,7 +10,7 @@ from labels_db.models import Command
 from labels_db.numbers import number
 from server.words import decimal, measure, plural, size
 
-DOING = {"evaluate": "Evaluating.", "film": "Filming.", "export-policy": "Exporting."}
+DOING = {"evaluate": "Evaluating.", "video": "Drawing.", "export-policy": "Exporting."}
 
 
 def error_of(command: Command) -> str | None:
@@ -48,11 +48,10 @@ def exported(result: dict[str, Any]) -> str:
     return f"The policy after step {number(result['step'])}, {size(result['bytes'])}."
 
 
-def filmed(result: dict[str, Any]) -> str:
-    step, earned = number(result["step"]), decimal(result["return"])
-    return f"Among the videos above: its policy after step {step}, with a true return of {earned}."
+def drawn(result: dict[str, Any]) -> str:
+    return f"A video of the policy after step {number(result['step'])}."
 
 
 TELLING: Mapping[str, Callable[[dict[str, Any]], str]] = MappingProxyType(
-    {"evaluate": evaluated, "film": filmed, "export-policy": exported}
+    {"evaluate": evaluated, "video": drawn, "export-policy": exported}
 )

@@ -10,9 +10,8 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from labels_db.models import ENDED, Command, Run
-from labels_db.policy_commands import policy_commands_of
+from labels_db.policy_commands import policy_commands_of, video_missing
 from labels_db.records import checkpoints_of
-from labels_db.runs import config_of
 from server.command_words import command_sentence, download_url, error_of
 
 OPERATOR = "operator"
@@ -54,7 +53,7 @@ class Ask:
 
 BUTTONS: Sequence[tuple[str, str, str, Mapping[str, Any]]] = (
     ("Evaluate again (10 episodes)", "How well it does over more episodes.", "evaluate", {"episodes": 10}),
-    ("Film it", "One episode of its policy, to be watched.", "film", {}),
+    ("Make a video", "One episode of its policy, to be watched.", "video", {}),
     ("Export as ONNX", "For any ONNX runtime.", "export-policy", {"format": "onnx"}),
     (
         "Export as safetensors",
@@ -73,8 +72,8 @@ def policy_asks(session: Session, run: Run) -> list[Ask] | None:
         return []
     asked = policy_commands_of(session, run.id, limit=COMMANDS_SHOWN)
     asks = [Ask(*button, latest=_latest(asked, *button[2:])) for button in BUTTONS]
-    drawn = config_of(run).catalogue_entry.can_be_drawn
-    return [ask for ask in asks if drawn or ask.kind != "film"]
+    missing = video_missing(session, run)
+    return [ask for ask in asks if missing or ask.kind != "video"]
 
 
 def _latest(asked: Sequence[Command], kind: str, arguments: Mapping[str, Any]) -> Command | None:

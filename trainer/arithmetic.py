@@ -11,7 +11,7 @@ ONEDNN: Any = torch.backends.mkldnn
 
 
 def set_up_arithmetic(threads: int) -> None:
-    """So many threads, and for float32 the quickest products that round no more than float32 does."""
+    """So many threads, and of large float32 matrices the quickest products that round no more than float32 does."""
     torch.set_num_threads(threads)
     if mkl_spares_wide_instructions():
         multiply_by_onednn()
@@ -30,7 +30,7 @@ def multiply_by_onednn() -> None:
     """Have oneDNN multiply float32 matrices, if it does so exactly.
 
     PyTorch hands it those only where it may round them to bfloat16. That it does on matrix tiles alone; elsewhere its
-    kernels are float32's.
+    kernels are float32's. This is oneDNN's own setting: `torch.set_float32_matmul_precision` would reach a GPU too.
     """
     products = ONEDNN.matmul
     before, products.fp32_precision = products.fp32_precision, "bf16"

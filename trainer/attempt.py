@@ -15,6 +15,7 @@ from labels_db.errors import AttemptLostError
 from labels_db.estimate import estimate_bytes
 from labels_db.feedback_sessions import supersede_queries
 from labels_db.models import RunState
+from labels_db.numbers import number
 from labels_db.run_config import RunConfig
 from labels_db.runs import config_of, get_run, note
 from trainer.assembly import RecordedRun, recorded_run
@@ -121,7 +122,7 @@ class Attempt:
         unlearned = run.progress.listen().sequence - run.training.feedback.cursor()
         if unlearned > 0:
             run.journal.note(
-                f"{unlearned} answers came after the last fit. Extend the run to learn from them."
+                f"Answers after the last fit: {number(unlearned)}. Extend the run to learn from them."
             )
 
     def _say_goodbye(self, run: RecordedRun, video_seconds: float) -> None:
@@ -164,6 +165,6 @@ class Attempt:
 def live_in_this_process(data_path: Path, artifacts_url: str | None, claim: Claim) -> RunState:
     """The whole life of a run's own process: SIGTERM and SIGINT end it with a checkpoint."""
     attempt = Attempt(DataFolder(data_path, artifacts_url), claim)
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: attempt.shutdown())
+    for caught in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(caught, lambda *_: attempt.shutdown())
     return attempt.live()

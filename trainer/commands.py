@@ -15,8 +15,10 @@ import structlog
 from labels_db import commands
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
+from labels_db.errors import RecordError
 from labels_db.models import Command
-from labels_db.policy_commands import keep_film
+from labels_db.policy_commands import keep_video
+from labels_db.records import evaluation_at
 from labels_db.storage import ArtifactError, ArtifactStore
 from trainer.checkpoints import CheckpointError
 from trainer.environments import make_environment
@@ -55,25 +57,31 @@ def _evaluate(command: Command, policy: TrainedPolicy, _record: Record) -> dict[
     return evaluation_of(policy, int(command.arguments.get("episodes", 10)), policy.config.seed)
 
 
-def _film(command: Command, policy: TrainedPolicy, record: Record) -> dict[str, Any]:
-    """The first episode of the run's own evaluations, kept beside the evaluation at that step."""
-    config = policy.config
-    environment = make_environment(config.environment)
-    lived = evaluate(policy, environment, seed=config.seed, episodes=config.evaluation.episodes)
+def _video(command: Command, policy: TrainedPolicy, record: Record) -> dict[str, Any]:
+    """The first episode of the run's own evaluations, drawn; of all of them where there was none at that step."""
+    config, environment = policy.config, make_environment(policy.config.environment)
+    with record.database.read() as session:
+        evaluated = evaluation_at(session, command.run_id, policy.step) is not None
+    episodes = 1 if evaluated else config.evaluation.episodes
+    lived = evaluate(policy, environment, seed=config.seed, episodes=episodes)
     key = f"runs/{command.run_id}/videos/c{command.id}-{policy.step}.mp4"
     with Renderer(config.environment, config.clips) as renderer:
         video = renderer.video(lived[0].seed, lived[0].states, environment.control_step)
         record.store.write(key, video.result())
-    with record.database.write() as session:
-        keep_film(
-            session,
-            command.run_id,
-            step=policy.step,
-            returns=[episode.true_return for episode in lived],
-            measures=mean_measures(lived),
-            video_key=key,
-        )
-    return {"step": policy.step, "return": lived[0].true_return}
+    try:
+        with record.database.write() as session:
+            keep_video(
+                session,
+                command.run_id,
+                step=policy.step,
+                returns=[episode.true_return for episode in lived],
+                measures=mean_measures(lived),
+                video_key=key,
+            )
+    except RecordError:
+        record.store.delete(key)
+        raise
+    return {"step": policy.step}
 
 
 def _export(command: Command, policy: TrainedPolicy, record: Record) -> dict[str, Any]:
@@ -87,7 +95,7 @@ def _export(command: Command, policy: TrainedPolicy, record: Record) -> dict[str
 
 
 DOERS: Mapping[str, Callable[[Command, TrainedPolicy, Record], dict[str, Any]]] = MappingProxyType(
-    {"evaluate": _evaluate, "film": _film, "export-policy": _export}
+    {"evaluate": _evaluate, "video": _video, "export-policy": _export}
 )
 
 
@@ -97,7 +105,7 @@ def do(command: Command, database: Database, store: ArtifactStore) -> dict[str, 
         return DOERS[command.kind](
             command, load_policy(database, store, command.run_id), Record(database, store)
         )
-    except (ArtifactError, CheckpointError, ExportError, RenderingError) as error:
+    except (ArtifactError, CheckpointError, ExportError, RecordError, RenderingError) as error:
         return {"error": str(error)}
     except Exception as error:  # the asker must hear of it, whatever it is
         log.exception("command failed", kind=command.kind, run=command.run_id)

@@ -45,6 +45,22 @@ def model_flops(rows: int, *, learning: bool, width: int = 256, members: int = 3
     return 2.0 * rows * members * (forward + backward)
 
 
+def product_rows() -> list[Row]:
+    return [
+        Row(
+            "product of float32 matrices, 512 × 512, 1 thread",
+            "/s",
+            {
+                "ours": ours("product", 1, size=512),
+                "as PyTorch comes": ours("product", 1, size=512, plain=True),
+            },
+            flops=2 * 512**3,
+            threads=1,
+            reach="–",
+        )
+    ]
+
+
 def sac_rows(peers: Path | None) -> list[Row]:
     small, large = "≥ 1.7× sbx, ≥ 2.5× sb3", "≥ 2.2× sbx, ≥ 70 % of limit"
     sizes = ((256, 2, small), (256, 1, small), (1024, 2, large))
@@ -177,4 +193,4 @@ def loop_rows() -> list[Row]:
 
 
 def all_rows(peers: Path | None) -> list[Row]:
-    return [*sac_rows(peers), *neighbour_rows(), *model_rows(), *clip_rows(), *loop_rows()]
+    return [*product_rows(), *sac_rows(peers), *neighbour_rows(), *model_rows(), *clip_rows(), *loop_rows()]

@@ -25,6 +25,13 @@ def peak(precision: str, size: int = 2048) -> Work:
     return lambda: torch.mm(left, right, out=out)
 
 
+def product(size: int, plain: bool = False) -> Work:
+    """One product of square float32 matrices."""
+    if plain:
+        as_pytorch_comes()
+    return peak("float32", size)
+
+
 def sac(width: int, batch: int, precision: str = "float32", plain: bool = False) -> Work:
     """One update of critics, actor and temperature; every second moves the targets."""
     agent = SACAgent(
@@ -112,7 +119,7 @@ def loop(
 TASKS: dict[str, Callable[..., Work]] = {
     task.__name__: task
     for task in (
-        *(peak, sac, neighbours, neighbours_so_far, sliced_neighbours),
+        *(peak, product, sac, neighbours, neighbours_so_far, sliced_neighbours),
         *(fit, relabel, choose, clip, clip_by_defaults, loop),
     )
 }

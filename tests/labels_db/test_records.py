@@ -79,6 +79,9 @@ def test_an_evaluation_made_again_replaces_the_earlier(database: Database) -> No
         records.attach_video(session, owner, step=100, video_key="runs/mill/videos/100.mp4")
         records.attach_video(session, owner, step=999, video_key="of an evaluation since forgotten")
         assert found.video_key == "runs/mill/videos/100.mp4"
+        _evaluate(session, owner, 100, [2.0, 4.0])  # a run that was stopped there, watched and resumed
+        (again,) = records.evaluations_of(session, "mill")
+        assert again.video_key == "runs/mill/videos/100.mp4"
 
 
 def test_a_checkpoint_counts_as_progress(database: Database) -> None:

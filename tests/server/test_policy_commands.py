@@ -7,13 +7,14 @@ import pytest
 from labels_db.catalogue import CatalogueEntry
 from labels_db.claims import finish_run
 from labels_db.models import Command, utc_now
+from labels_db.policy_commands import keep_video
 from tests.server.conftest import BASE, Site
 from tests.web import demo
 
 SAME = {"Origin": BASE}
 EVALUATE = {"kind": "evaluate"}
 EXPORT = {"kind": "export-policy"}
-FILM = {"kind": "film"}
+VIDEO = {"kind": "video"}
 
 
 @pytest.fixture
@@ -42,7 +43,7 @@ def exported(site: Site, run_id: str, form: str = "onnx") -> Command:
     [
         (EVALUATE, {"episodes": 10}),
         ({**EVALUATE, "episodes": 3}, {"episodes": 3}),
-        (FILM, {}),
+        (VIDEO, {}),
         (EXPORT, {"format": "onnx"}),
         ({**EXPORT, "format": "safetensors"}, {"format": "safetensors"}),
     ],
@@ -62,13 +63,13 @@ def test_a_command_is_left_for_the_supervisor(
     ("body", "field", "reason"),
     [
         ({}, "kind", "Field required"),
-        ({"kind": "delete"}, "kind", "'evaluate', 'film' or 'export-policy'"),
+        ({"kind": "delete"}, "kind", "'evaluate', 'video' or 'export-policy'"),
         ({**EVALUATE, "episodes": 0}, "episodes", "greater than or equal to 1"),
         ({**EVALUATE, "episodes": 101}, "episodes", "less than or equal to 100"),
         ({**EXPORT, "format": "pickle"}, "format", "'onnx' or 'safetensors'"),
         ({**EXPORT, "path": "x"}, "path", "not permitted"),
         ({**EXPORT, "episodes": 1}, "body", "export-policy takes no episodes"),
-        ({**FILM, "episodes": 1}, "body", "film takes no episodes"),
+        ({**VIDEO, "episodes": 1}, "body", "video takes no episodes"),
         ({**EVALUATE, "format": "onnx"}, "body", "evaluate takes no format"),
     ],
 )
@@ -97,19 +98,29 @@ def test_only_an_ended_run_with_a_checkpoint_has_a_policy_to_give(site: Site) ->
     refused = site.client.post(f"/api{path}/commands", json=EXPORT)
     assert (refused.status_code, "without a checkpoint" in refused.text) == (409, True)
     page = site.client.get(path).text
-    assert "no policy to evaluate or export" in page
+    assert "no policy to evaluate, watch or export" in page
     assert "Export as ONNX" not in page
 
 
-def test_what_has_no_picture_is_not_filmed(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_video_is_made_where_there_is_none(site: Site, run_id: str) -> None:
+    assert "Make a video" in site.client.get(f"/runs/{run_id}").text
+    with site.database.write() as session:
+        keep_video(session, run_id, step=40_000, returns=[1.0], measures={}, video_key="runs/x/1.mp4")
+    assert_no_video_is_offered(site, run_id)
+
+
+def test_what_has_no_picture_is_not_drawn(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
     run_id = finished(site, "cartpole-swingup")  # by script: people could not be asked at all
-    assert "“Film it”, below" in site.client.get(f"/runs/{run_id}").text
     monkeypatch.setattr(CatalogueEntry, "can_be_drawn", False)
-    refused = site.client.post(f"/api/runs/{run_id}/commands", json=FILM)
-    assert (refused.status_code, "its environment has no picture" in refused.text) == (409, True)
+    assert_no_video_is_offered(site, run_id)
+
+
+def assert_no_video_is_offered(site: Site, run_id: str) -> None:
+    refused = site.client.post(f"/api/runs/{run_id}/commands", json=VIDEO)
+    assert (refused.status_code, "no video to make" in refused.text) == (409, True)
     page = site.client.get(f"/runs/{run_id}").text
     assert "Export as ONNX" in page
-    assert "Film it" not in page
+    assert "Make a video" not in page
 
 
 def test_an_unknown_run_has_no_commands(site: Site) -> None:
@@ -120,7 +131,7 @@ def test_an_unknown_run_has_no_commands(site: Site) -> None:
 def test_what_came_of_commands_is_told(site: Site, run_id: str) -> None:
     with site.database.write() as session:
         demo.reevaluated(session, demo.asked_of(session, run_id, "evaluate", episodes=10), 40_000)
-        demo.done(session, demo.asked_of(session, run_id, "film"), {"step": 40_000, "return": 790.04})
+        demo.done(session, demo.asked_of(session, run_id, "video"), {"step": 40_000})
         demo.asked_of(session, run_id, "evaluate", episodes=5).taken_at = utc_now()
         failed = demo.asked_of(session, run_id, "export-policy", format="safetensors")
         demo.done(session, failed, {"error": "no room left"})
@@ -130,7 +141,7 @@ def test_what_came_of_commands_is_told(site: Site, run_id: str) -> None:
         "The policy after step 40\u202f000, 271 kB.",
         "That did not work: no room left",
         "Evaluating.",
-        "Among the videos above: its policy after step 40\u202f000, with a true return of 790.0.",
+        "A video of the policy after step 40\u202f000.",
         "After step 40\u202f000: true return 812.3 over 10 episodes, largest tilt 4.",
     ]
     assert listed[0]["download_url"] == f"/runs/{run_id}/exports/{command.id}"

@@ -18,6 +18,7 @@ sides = st.integers(1, 300)
 @pytest.fixture(autouse=True)
 def as_before() -> Iterator[None]:
     threads, products = torch.get_num_threads(), ONEDNN.matmul.fp32_precision
+    ONEDNN.matmul.fp32_precision = "none"
     yield
     torch.set_num_threads(threads)
     ONEDNN.matmul.fp32_precision = products
@@ -48,15 +49,15 @@ def test_onednn_multiplies_where_mkl_spares_wide_instructions(
 
 
 def test_an_older_pytorch_is_left_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(torch.cpu, "get_capabilities")
+    monkeypatch.setattr(arithmetic, "ONEDNN", None)  # nothing of it may be asked
+    monkeypatch.delattr(torch.cpu, "get_capabilities", raising=False)
     set_up_arithmetic(1)
 
 
 def test_products_that_round_are_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = ONEDNN.matmul.fp32_precision
     monkeypatch.setattr(torch, "mm", lambda left, right: (left.bfloat16() @ right.bfloat16()).float())
     multiply_by_onednn()
-    assert ONEDNN.matmul.fp32_precision == before
+    assert ONEDNN.matmul.fp32_precision == "none"
 
 
 @settings(max_examples=40, deadline=None)
@@ -71,6 +72,13 @@ def test_products_are_float32_s(
     right = torch.randn(members, inner, columns, generator=generator)
     left = left.mT.contiguous().mT if left_turned else left
     right = right.mT.contiguous().mT if right_turned else right
-    exact = left.double() @ right.double()
-    terms = left.double().abs() @ right.double().abs()
-    assert bool(((torch.bmm(left, right) - exact).abs() <= 1e-6 * terms).all())
+    added = torch.randn(members, 1, columns, generator=generator)
+    exact = left.double() @ right.double() + added
+    allowed = 1e-6 * (left.double().abs() @ right.double().abs() + added.abs())
+    for found in (
+        torch.bmm(left, right) + added,
+        torch.baddbmm(added, left, right),
+        torch.stack([torch.mm(*pair) for pair in zip(left, right, strict=True)]) + added,
+        torch.stack([torch.addmm(*three) for three in zip(added[:, 0], left, right, strict=True)]),
+    ):
+        assert bool(((found - exact).abs() <= allowed).all())

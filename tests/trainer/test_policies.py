@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from functools import partial
 from pathlib import Path
 
 import av
@@ -13,16 +14,20 @@ import torch
 from safetensors.numpy import load_file
 
 from labels_db.artifacts import video_of
+from labels_db.claims import finish_run
+from labels_db.errors import ConflictError
 from labels_db.models import Command
-from labels_db.records import evaluations_of
+from labels_db.records import evaluations_of, record_evaluation
 from labels_db.run_config import RunConfig
 from tests.trainer.conftest import RUN, Lab, small_config
+from trainer import commands
 from trainer.agents.registry import make_agent, policy_layers
 from trainer.checkpoints import CheckpointError
 from trainer.commands import DOERS, Record, do
 from trainer.export import ExportError, export_policy
 from trainer.policy import TrainedPolicy, load_policy
 from trainer.randomness import Randomness
+from trainer.rendering import Renderer
 
 
 @pytest.fixture
@@ -77,23 +82,60 @@ def test_an_exported_file_explains_itself(policy: TrainedPolicy, lab: Lab) -> No
     assert all(layer["weight"] in header for layer in layout["layers"])
 
 
-def test_a_film_is_kept_with_the_evaluation_of_its_step(policy: TrainedPolicy, lab: Lab) -> None:
+def asked_for_a_video(lab: Lab, policy: TrainedPolicy, command_id: int) -> dict[str, object]:
+    command = Command(id=command_id, run_id=RUN, kind="video", arguments={})
+    return DOERS[command.kind](command, policy, Record(lab.database, lab.store))
+
+
+def test_a_video_is_kept_with_the_evaluation_that_it_begins(policy: TrainedPolicy, lab: Lab) -> None:
     lab.request(policy.config)
-    record = Record(lab.database, lab.store)
-    first = DOERS["film"](Command(id=7, run_id=RUN, kind="film", arguments={}), policy, record)
-    again = DOERS["film"](Command(id=8, run_id=RUN, kind="film", arguments={}), policy, record)
+    owner = lab.claim()
+    with lab.database.write() as session:
+        finish_run(session, owner)
+    assert asked_for_a_video(lab, policy, 7) == {"step": 900}
     with lab.database.read() as session:
         (kept,) = evaluations_of(session, RUN)
-        assert video_of(session, RUN, 900) == f"runs/{RUN}/videos/c8-900.mp4"
+        assert video_of(session, RUN, 900) == f"runs/{RUN}/videos/c7-900.mp4"
     assert (kept.step, len(kept.returns)) == (900, policy.config.evaluation.episodes)
     assert set(kept.measures) == {"turns"}
-    assert first == again == {"step": 900, "return": kept.returns[0]}
-    with av.open(io.BytesIO(lab.store.read(f"runs/{RUN}/videos/c8-900.mp4")), "r") as film:
-        (stream,) = film.streams.video
+    with av.open(io.BytesIO(lab.store.read(f"runs/{RUN}/videos/c7-900.mp4")), "r") as container:
+        (stream,) = container.streams.video
         assert (stream.width, stream.height) == (64, 64)
-        assert sum(1 for _ in film.decode(stream)) == pytest.approx(
+        assert len(list(container.decode(stream))) == pytest.approx(
             250, abs=2
         )  # ten seconds, the whole episode
+
+
+def test_an_evaluation_that_is_there_stays_and_has_the_video(policy: TrainedPolicy, lab: Lab) -> None:
+    lab.request(policy.config)
+    owner = lab.claim()
+    with lab.database.write() as session:
+        record_evaluation(session, owner, step=900, returns=[1.5, 2.5], measures={}, video_key=None)
+        finish_run(session, owner)
+    asked_for_a_video(lab, policy, 7)
+    with lab.database.read() as session:
+        (kept,) = evaluations_of(session, RUN)
+    assert (kept.returns, kept.video_key) == ([1.5, 2.5], f"runs/{RUN}/videos/c7-900.mp4")
+
+
+def test_a_video_of_a_run_that_goes_on_is_dropped(policy: TrainedPolicy, lab: Lab) -> None:
+    lab.request(policy.config)
+    with pytest.raises(ConflictError, match="ask again once it has ended"):
+        asked_for_a_video(lab, policy, 7)
+    assert list(lab.store.keys(f"runs/{RUN}")) == []
+    with lab.database.read() as session:
+        assert list(evaluations_of(session, RUN)) == []
+
+
+def test_a_video_that_cannot_be_drawn_leaves_nothing_but_the_reason(
+    undisturbed: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(commands, "Renderer", partial(Renderer, backends=("nothing",)))
+    command = Command(id=7, run_id=RUN, kind="video", arguments={})
+    (error,) = do(command, undisturbed.database, undisturbed.store).values()
+    assert error.startswith("rendering: no OpenGL to draw with (nothing:")
+    with undisturbed.database.read() as session:
+        assert [found.video_key for found in evaluations_of(session, RUN) if found.video_key] == []
 
 
 def test_a_command_that_cannot_be_done_says_why(lab: Lab) -> None:
