@@ -9,6 +9,7 @@ from labels_db.presets.preset import Preset, Settings
 from labels_db.run_config import (
     SAC,
     Behaviour,
+    Disagreement,
     Evaluation,
     Human,
     LearnedReward,
@@ -77,6 +78,7 @@ def novel(behaviour: str, *, budget: int = 200) -> RunConfig:
     asked = min(10, budget // 10)
     feedback = Sessions(
         teacher=Human(),
+        scheme=Disagreement(),  # the most uncertain pairs cannot be told apart: benchmarks/README.md
         budget=budget,
         queries_per_session=asked,
         steps_between=STEPS // 2 * asked // budget,
