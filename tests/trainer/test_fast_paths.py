@@ -11,10 +11,9 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from labels_db.run_config import SAC, LearnedReward, RunConfig
+from labels_db.run_config import SAC, LearnedReward
 from tests.trainer.given import lived
 from tests.trainer.test_segments import pool_of
-from trainer import precision
 from trainer.adam import FlatAdam
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
@@ -278,24 +277,3 @@ def test_the_gradient_of_a_fit_is_that_of_the_loss(
     right = model._learn(preferences, rows)
     assert relative(model._passes.gradient, expected) < 1e-5
     assert len(right) == 3 * quarter * members
-
-
-# Precision ---------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("wanted", "fast", "width", "depth", "expected"),
-    [
-        ("float32", True, 1024, 2, torch.float32),
-        ("auto", True, 1024, 2, torch.bfloat16),
-        ("auto", False, 1024, 2, torch.float32),
-        ("auto", True, 64, 2, torch.float32),
-        ("auto", True, 1024, 1, torch.float32),  # nothing but a thin product before and after it
-    ],
-)
-def test_rounding_is_chosen_where_it_pays(
-    monkeypatch: pytest.MonkeyPatch, wanted: str, fast: bool, width: int, depth: int, expected: torch.dtype
-) -> None:
-    monkeypatch.setattr(precision, "fast_in_bfloat16", lambda _: fast)
-    config = RunConfig.model_validate({"precision": wanted})
-    assert precision.product_precision(config, CPU, rows=256, width=width, depth=depth) == expected
