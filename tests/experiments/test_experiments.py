@@ -200,6 +200,7 @@ def test_what_was_stopped_is_asked_for_again(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "complaint"),
     [
+        ({"title": ""}, "title: .*at least 1 character"),
         ({"tasks": ["cartpole-swingdown"]}, "tasks: .*unknown; one of cartpole-swingup"),
         ({"methods": ["peble"]}, "method 'peble': unknown; did you mean pebble"),
         ({"seeds": []}, "seeds: .*at least 1 item"),

@@ -20,7 +20,13 @@ from trainer.experiments.pictures import Row, _came_to
 from trainer.experiments.results import Results
 from trainer.experiments.tables import differences, ends
 
-SAYS = {"name": "two", "title": "", "tasks": ["cartpole-swingup"], "methods": ["sac", "pebble"], "seeds": [1]}
+SAYS = {
+    "name": "two",
+    "title": "Two",
+    "tasks": ["cartpole-swingup"],
+    "methods": ["sac", "pebble"],
+    "seeds": [1],
+}
 
 
 def finished(method: str, returns: Iterable[float], answers: int = 0) -> list[dict[str, Any]]:
