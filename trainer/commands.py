@@ -58,7 +58,7 @@ def _evaluate(command: Command, policy: TrainedPolicy, _record: Record) -> dict[
 
 
 def _video(command: Command, policy: TrainedPolicy, record: Record) -> dict[str, Any]:
-    """The first episode of the run's own evaluations, drawn; of all of them where there was none at that step."""
+    """Draw the first episode of the run's own evaluations; where its step has none, that one is lived through too."""
     config, environment = policy.config, make_environment(policy.config.environment)
     with record.database.read() as session:
         evaluated = evaluation_at(session, command.run_id, policy.step) is not None
