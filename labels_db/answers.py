@@ -9,9 +9,10 @@ from sqlalchemy import and_, func, or_, select, update
 from sqlalchemy.orm import Session, joinedload
 
 from labels_db.errors import ConflictError, NotFoundError
-from labels_db.feedback_sessions import close_query, close_session_when_done
+from labels_db.feedback_sessions import close_query, close_session_when_done, close_unwanted
 from labels_db.leases import lend, own_lease
 from labels_db.models import Answer, Choice, GoalCard, Lease, Pressed, Query, QueryState, Run
+from labels_db.runs import get_run
 from labels_db.standing import standing
 
 
@@ -98,8 +99,11 @@ def _goal_version(session: Session, run_id: str) -> int | None:
 
 
 def _close_when_answered(session: Session, query: Query, now: datetime) -> None:
+    if query.state is not QueryState.OPEN:
+        close_unwanted(session, get_run(session, query.run_id), now)
+        return
     given = session.scalar(select(func.count()).where(Answer.query_id == query.id, standing())) or 0
-    if query.state is QueryState.OPEN and given >= query.answers_needed:
+    if given >= query.answers_needed:
         close_query(query, "answered", now)
         close_session_when_done(session, query.session_id, now)
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from datetime import datetime
 
-from sqlalchemy import func, or_, select, update
+from sqlalchemy import exists, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from labels_db.claims import Claim, owned_run
-from labels_db.models import FeedbackSession, Query, QueryState, Segment, utc_now
+from labels_db.feedback_progress import feedback_progress
+from labels_db.models import Answer, FeedbackSession, Query, QueryState, Run, Segment, utc_now
+from labels_db.standing import standing
 
 
 def open_session(
@@ -128,6 +130,22 @@ def fail_queries_showing(session: Session, segment_id: int, reason: str) -> None
 def close_query(query: Query, reason: str, now: datetime) -> None:
     """Nobody is to answer it any more; its session is closed by `close_session_when_done`."""
     query.state, query.closed_reason, query.closed_at = QueryState.CLOSED, reason, now
+
+
+def close_unwanted(session: Session, run: Run, now: datetime) -> None:
+    """Close the newest open queries that nobody has judged, as far as the budget no longer wants them.
+
+    Answers to superseded queries count, so a session may ask more than turns out to be left; without this
+    training would wait for answers that nobody is to give.
+    """
+    counted = feedback_progress(session, run)
+    judged = exists().where(Answer.query_id == Query.id, standing())
+    unjudged = select(Query).where(Query.run_id == run.id, Query.state == QueryState.OPEN, ~judged)
+    wanted = max(0, counted.budget - counted.preferences)
+    newest_last = unjudged.order_by(Query.session_id, Query.index)
+    for query in session.scalars(newest_last.offset(wanted)).all():
+        close_query(query, "unwanted", now)
+        close_session_when_done(session, query.session_id, now)
 
 
 def close_session_when_done(session: Session, session_id: int, now: datetime) -> None:

@@ -15,8 +15,8 @@ from typing import Protocol
 import structlog
 
 from labels_db.database import Database
-from labels_db.feedback_sessions import post_query, session_queries, trim_session
-from labels_db.models import FeedbackSession, QueryState
+from labels_db.feedback_sessions import close_unwanted, post_query, session_queries, trim_session
+from labels_db.models import FeedbackSession, QueryState, utc_now
 from labels_db.runs import get_run, note
 from trainer.query_selection import Chosen
 from trainer.rendering import (
@@ -210,6 +210,7 @@ class PeoplesDesk:
                 score=chosen.score,
                 answers_needed=self.answers_needed,
             )
+            close_unwanted(session, get_run(session, self.shelf.claim.run_id), utc_now())
 
     def _ask_no_more(self, asked: Asked, reason: str) -> None:
         """The run goes on with what has been posted of the session, and says why."""

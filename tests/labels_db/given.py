@@ -12,6 +12,7 @@ from labels_db.claims import Claim, claim
 from labels_db.feedback_sessions import open_session, post_query
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Answer, Lease, Pressed, Query, Run, Segment
+from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from labels_db.runs import request_run
 
@@ -21,21 +22,24 @@ HUMAN = preset_named("cartpole-windmill-clockwise").config()
 SCRIPTED = preset_named("cartpole-swingup").config()
 
 
-def a_run(session: Session, run_id: str = "mill", *, at: datetime = NOW) -> Run:
+def a_run(session: Session, run_id: str = "mill", *, at: datetime = NOW, budget: int = 50) -> Run:
     """A queued run that asks people."""
-    run = request_run(session, HUMAN, title="Windmill", goal="Round and round.", run_id=run_id)
+    config = with_settings(HUMAN, {"feedback.budget": str(budget)})
+    run = request_run(session, config, title="Windmill", goal="Round and round.", run_id=run_id)
     run.queued_at = at
     return run
 
 
-def a_claim(session: Session, run_id: str = "mill", *, at: datetime = NOW) -> Claim:
+def a_claim(session: Session, run_id: str = "mill", *, at: datetime = NOW, budget: int = 50) -> Claim:
     """A run that an attempt owns."""
-    return claim(session, a_run(session, run_id), "tester", now=at)
+    return claim(session, a_run(session, run_id, budget=budget), "tester", now=at)
 
 
-def queries(session: Session, owner: Claim, count: int, *, answers_needed: int = 1) -> list[Query]:
-    """Queries of the run's first session."""
-    opened = open_session(session, owner, index=0, step=1000, asked=count)
+def queries(
+    session: Session, owner: Claim, count: int, *, answers_needed: int = 1, session_index: int = 0
+) -> list[Query]:
+    """Queries of the run's first session, or of a later one."""
+    opened = open_session(session, owner, index=session_index, step=1000 * (session_index + 1), asked=count)
     return [
         post_query(
             session,

@@ -122,3 +122,34 @@ def test_scripted_teachers_spend_their_budget_by_asking(database: Database) -> N
         run = runs.request_run(session, given.SCRIPTED, title="", goal="", run_id="mill")
         given.queries(session, claims.claim(session, run, "s", now=NOW), 4)
         assert feedback_progress(session, run).given == 4
+
+
+def test_what_the_budget_no_longer_wants_is_closed(database: Database) -> None:
+    """Session 2 of 2 asks what is left; meanwhile the superseded pair still on screen is answered too."""
+    with database.write() as session:
+        owner = given.a_claim(session, budget=3)
+        given.queries(session, owner, 2)
+        ann = given.labeller(session)
+        for number, lease in enumerate(given.leases(session, ann, 2)):
+            if number == 0:
+                given.an_answer(session, lease, "in time")
+        feedback_sessions.supersede_queries(session, owner, before=1)
+        oldest, newest = given.queries(session, owner, 2, session_index=1)
+        given.an_answer(session, lease, "late")
+        assert (oldest.state, newest.state, newest.closed_reason) == ("open", "closed", "unwanted")
+        _answer_all(session)
+        assert read_inbox(session, "mill").complete
+        assert session.get_one(FeedbackSession, newest.session_id).closed_at == NOW
+
+
+def test_a_second_opinion_stays_wanted(database: Database) -> None:
+    with database.write() as session:
+        owner = given.a_claim(session, budget=2)
+        given.queries(session, owner, 1)
+        (late,) = given.leases(session, given.labeller(session))
+        feedback_sessions.supersede_queries(session, owner, before=1)
+        twice, never = given.queries(session, owner, 2, answers_needed=2, session_index=1)
+        (lease,) = given.leases(session, given.labeller(session, "bob"))
+        given.an_answer(session, lease, "first opinion")
+        given.an_answer(session, late, "late")
+        assert (twice.state, never.state) == ("open", "closed")

@@ -6,14 +6,15 @@ import random
 import threading
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from sqlalchemy.orm import Session
 
 from labels_db.answers import answer_query, pressed_for
 from labels_db.database import Database
 from labels_db.leases import labeller_named, lease_queries
-from labels_db.models import Choice, Pressed, Query, utc_now
+from labels_db.models import Choice, Lease, Pressed, Query, utc_now
 from labels_db.run_config import Oracle
 from trainer.teachers import judge
 
@@ -51,14 +52,38 @@ class Person:
                 time.sleep(0.1)
 
     def answer_one(self) -> bool:
-        """Lease and answer one query; False while there is none."""
+        """Lease queries and answer one; False while there is none."""
         with self.database.write() as session:
             me = labeller_named(session, "Ada").id
-            leases = lease_queries(session, self.run_id, me, count=1, now=utc_now(), rng=self.rng)
-            if not leases:
+            lent = lease_queries(session, self.run_id, me, count=2, now=utc_now(), rng=self.rng)
+            lease = self.next_of(session, lent)
+            if lease is None:
                 return False
-            lease = leases[0]
             pressed: Pressed = pressed_for(self.judge(lease.query), swapped=lease.swapped)
             answer_query(session, lease.id, me, answer_id=str(uuid.uuid4()), pressed=pressed, now=utc_now())
         self.given += 1
         return True
+
+    def next_of(self, session: Session, lent: Sequence[Lease]) -> Lease | None:
+        """What to answer of what is lent."""
+        return next(iter(lent), None)
+
+
+class LatePerson(Person):
+    """Answers the first pair only when a later session, posted in full, has superseded it; stops at the budget."""
+
+    def __init__(self, database: Database, run_id: str, budget: int) -> None:
+        super().__init__(database, run_id)
+        self.budget = budget
+        self.kept: int | None = None
+        self.was_late = False
+
+    def next_of(self, session: Session, lent: Sequence[Lease]) -> Lease | None:
+        if self.given == self.budget or not (lent or self.kept):
+            return None
+        self.kept = self.kept or lent[0].id
+        others = [lease for lease in lent if lease.id != self.kept]
+        if len(others) < len(lent) or self.was_late:
+            return super().next_of(session, others)
+        self.was_late = len(others) == 2
+        return session.get_one(Lease, self.kept) if self.was_late else None

@@ -88,7 +88,8 @@ class SimulatedPerson:
             if query not in self.said:
                 self.note_latency(query)
             self.page.wait_for_timeout(170)  # a person's reaction, and the page's guard against slips
-            self.press(query)
+            if self.on_screen() == query:
+                self.press(query)
 
     def given(self) -> int:
         with self.database.read() as session:
