@@ -7,6 +7,7 @@ import threading
 import time
 import uuid
 from collections.abc import Callable, Sequence
+from typing import Self
 
 import numpy as np
 from sqlalchemy.orm import Session
@@ -38,7 +39,7 @@ class Person:
         self._leaving = threading.Event()
         self._thread = threading.Thread(target=self._work, daemon=True)
 
-    def __enter__(self) -> Person:
+    def __enter__(self) -> Self:
         self._thread.start()
         return self
 
