@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from labels_db.config_fields import ConfigField, fields_of
@@ -10,6 +11,7 @@ from labels_db.overrides import variants_of
 from labels_db.presets import presets
 from labels_db.run_config import Config, RunConfig
 
+HEAD = "| setting | default | allowed | meaning |\n|---|---|---|---|"
 TARGET = Path(__file__).parent.parent / "docs" / "configuration.md"
 
 INTRODUCTION = """\
@@ -65,18 +67,54 @@ def number(value: float) -> str:
     return f"{int(value):,}" if value == int(value) else f"{value:g}"
 
 
+def default(fields: Mapping[str, ConfigField]) -> str:
+    """What most kinds have, and where another has something else."""
+    values = {kind: value_in_words(field) for kind, field in fields.items()}
+    ((usual, _),) = Counter(values.values()).most_common(1)
+    others = [f"{kind}: {value}" for kind, value in values.items() if value != usual]
+    return f"{usual} ({', '.join(others)})" if others else usual
+
+
+def value_in_words(field: ConfigField) -> str:
+    return "empty" if field.value in (None, "") else f"`{field.value}`"
+
+
 def rows(config: Config, prefix: str) -> Iterator[str]:
     """One row for each setting that lies directly in this part."""
     for field in fields_of(config, prefix):
         if field.path.count(".") == prefix.count(".") or field.path.endswith(".kind"):
-            default = "empty" if field.value is None else f"`{field.value}`"
-            yield f"| `{field.path}` | {default} | {bounds(field)} | {field.description} |"
+            yield f"| `{field.path}` | {value_in_words(field)} | {bounds(field)} | {field.description} |"
+
+
+def parts_within(variants: Mapping[str, type[Config]], prefix: str) -> dict[str, Mapping[str, type[Config]]]:
+    """The choices that lie in a choice, by path: who answers, and which queries are asked."""
+    found: dict[str, Mapping[str, type[Config]]] = {}
+    for variant in variants.values():
+        for name, info in variant.model_fields.items():
+            if len(kinds := variants_of(info.annotation)) > 1:
+                found[f"{prefix}{name}"] = kinds
+    return found
+
+
+def part_within(path: str, kinds: Mapping[str, type[Config]]) -> Iterator[str]:
+    """What each kind is, and the settings of all of them in one table."""
+    yield f"### `{path}.kind`"
+    yield "\n".join(f"- `{kind}`: {' '.join((made.__doc__ or '').split())}" for kind, made in kinds.items())
+    fields: dict[str, dict[str, ConfigField]] = defaultdict(dict)
+    for kind, made in kinds.items():
+        for field in fields_of(made(), f"{path}."):
+            fields[field.path][kind] = field
+    table = [HEAD]
+    for setting, by_kind in fields.items():
+        first, only = next(iter(by_kind.values())), ", ".join(by_kind)
+        whose = f" Only `{only}`." if len(by_kind) == 1 else ""
+        table.append(f"| `{setting}` | {default(by_kind)} | {bounds(first)} | {first.description}{whose} |")
+    yield "\n".join(table)
 
 
 def sections() -> Iterator[str]:
-    head = "| setting | default | allowed | meaning |\n|---|---|---|---|"
     yield "## The run\n\n" + "\n".join(
-        [head, *[r for r in rows(RunConfig(), "") if "." not in r.split("`")[1]]]
+        [HEAD, *[r for r in rows(RunConfig(), "") if "." not in r.split("`")[1]]]
     )
     for name, info in RunConfig.model_fields.items():
         variants = variants_of(info.annotation)
@@ -87,7 +125,9 @@ def sections() -> Iterator[str]:
             yield title + f"{(variant.__doc__ or '').strip()}"
             listed = [row for row in rows(variant(), f"{name}.") if f"`{name}.kind`" not in row]
             if listed:
-                yield "\n".join([head, *listed])
+                yield "\n".join([HEAD, *listed])
+        for path, kinds in parts_within(variants, f"{name}.").items():
+            yield from part_within(path, kinds)
 
 
 def reference() -> str:
