@@ -102,10 +102,13 @@ def _close_when_answered(session: Session, query: Query, now: datetime) -> None:
     if query.state is not QueryState.OPEN:
         close_unwanted(session, get_run(session, query.run_id), now)
         return
-    given = session.scalar(select(func.count()).where(Answer.query_id == query.id, standing())) or 0
-    if given >= query.answers_needed:
+    if _standing_answers(session, query) >= query.answers_needed:
         close_query(query, "answered", now)
         close_session_when_done(session, query.session_id, now)
+
+
+def _standing_answers(session: Session, query: Query) -> int:
+    return session.scalar(select(func.count()).where(Answer.query_id == query.id, standing())) or 0
 
 
 def retract_answer(
@@ -132,7 +135,8 @@ def retract_answer(
         )
         session.add(retraction)
         session.flush()
-        _reopen(target.query)
+        _reopen_if_short(session, target.query)
+        close_unwanted(session, get_run(session, target.run_id), now)
     elif retraction.answer_id != answer_id:
         raise ConflictError(f"answer {target_id}: already taken back")
     return retraction, _lease_after(session, target.lease, now)
@@ -155,8 +159,9 @@ def _lease_after(session: Session, earlier: Lease, now: datetime) -> Lease:
     return found
 
 
-def _reopen(query: Query) -> None:
-    if query.state is QueryState.CLOSED:
+def _reopen_if_short(session: Session, query: Query) -> None:
+    """Not where others' answers are enough: it would be open and lent to nobody."""
+    if query.state is QueryState.CLOSED and _standing_answers(session, query) < query.answers_needed:
         query.state, query.closed_reason, query.closed_at = QueryState.OPEN, None, None
 
 

@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 from labels_db.errors import AttemptLostError
 from labels_db.models import ALIVE, Desired, Run, RunState
 from labels_db.numbers import number
-from labels_db.runs import end_run, expect, get_run, note, requeue
+from labels_db.runs import config_of, end_run, expect, get_run, note, requeue
 
 STALE_AFTER = timedelta(seconds=30)
 """A heartbeat older than this is a dead trainer's; they beat every 5 s."""
@@ -147,6 +147,18 @@ def made_progress(session: Session, claim: Claim) -> None:
 
 
 # Ends ------------------------------------------------------------------------------------------
+
+
+def finish_or_go_on(session: Session, claim: Claim, *, total_steps: int) -> RunState:
+    """So many steps have been lived through: the run is finished, or queued for more if it was extended meanwhile."""
+    run = owned_run(session, claim)
+    if config_of(run).total_steps <= total_steps:
+        finish_run(session, claim)
+    else:
+        made_progress(session, claim)
+        note(session, run, "Extended while it was ending: it waits for its turn to go on.")
+        requeue(run)
+    return run.state
 
 
 def finish_run(session: Session, claim: Claim) -> None:

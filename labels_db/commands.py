@@ -42,6 +42,12 @@ def finish(session: Session, command_id: int, result: Mapping[str, Any]) -> None
     command.done_at, command.result = utc_now(), dict(result)
 
 
+def give_up(session: Session, command_id: int, reason: str) -> None:
+    """Leave the reason why nothing came of it, unless something did."""
+    if session.get_one(Command, command_id).done_at is None:
+        finish(session, command_id, {"error": reason})
+
+
 def _of(kinds: frozenset[str]) -> Select[Command]:
     return select(Command).where(Command.kind.in_(kinds)).order_by(Command.id)
 

@@ -108,10 +108,13 @@ def stop_run(session: Session, run_id: str) -> Run:
 
 
 def extend_run(session: Session, run_id: str, *, total_steps: int | None, budget: int | None) -> Run:
-    """Give a run more steps or more answers; a finished one is queued again."""
+    """Give a run more steps or more answers; a finished one needs steps to use them, and is queued again."""
     run = get_run(session, run_id)
-    before = config_of(run)
-    config = _larger(before, total_steps, budget)
+    config = _larger(config_of(run), total_steps, budget)
+    if run.state is RunState.FINISHED and config.total_steps <= run.step:
+        raise ConflictError(
+            f"total_steps {config.total_steps}: the run has used them up; more answers need more steps to ask in"
+        )
     run.config = config.model_dump(mode="json")
     note(session, run, f"Extended to {number(config.total_steps)} steps and {number(config.budget)} answers.")
     if run.state is RunState.FINISHED:

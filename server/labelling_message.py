@@ -20,7 +20,14 @@ BY_ITSELF = "This page goes on by itself."
 
 def empty_message(queue: Queue, now: datetime) -> MessageOut:
     """The first reason that applies; training goes on where none of the others does."""
-    reasons: tuple[Reason, ...] = (_over, _all_answered, _not_begun, _held_up, _on_their_way)
+    reasons: tuple[Reason, ...] = (
+        _over,
+        _all_answered,
+        _not_begun,
+        _held_up,
+        _on_their_way,
+        _no_more_sessions,
+    )
     found = (reason(queue, now) for reason in reasons)
     return next((message for message in found if message), None) or _training(queue, now)
 
@@ -53,10 +60,15 @@ def _given(queue: Queue) -> str:
 def _all_answered(queue: Queue, now: datetime) -> MessageOut | None:
     if queue.progress.remaining:
         return None
-    left = _seconds_to(queue, queue.total_steps, now)
-    more = f"about {_span(left)} more" if left is not None else "for a while"
     thanks = f"All {queue.progress.budget} answers are given. Thank you."
-    return _say("answered", thanks, f"The agent goes on training with them, {more}.")
+    if _not_begun(queue, now) or _held_up(queue, now):
+        return _say("answered", thanks, "The agent trains with them once the run goes on.")
+    return _say("answered", thanks, f"The agent goes on training with them, {_how_long(queue, now)}.")
+
+
+def _how_long(queue: Queue, now: datetime) -> str:
+    left = _seconds_to(queue, queue.total_steps, now)
+    return f"about {_span(left)} more" if left is not None else "for a while"
 
 
 def _not_begun(queue: Queue, _now: datetime) -> MessageOut | None:
@@ -97,6 +109,15 @@ def _on_their_way(queue: Queue, _now: datetime) -> MessageOut | None:
         wanted = "1 answer" if run.wanted_answers == 1 else f"{run.wanted_answers} answers"
         return _say("waiting", f"The agent waits for {wanted}: the next pairs are on their way.")
     return None
+
+
+def _no_more_sessions(queue: Queue, now: datetime) -> MessageOut | None:
+    """The last session was answered in part, or with 'cannot tell': the budget is not met and never will be."""
+    if queue.run.next_session_step is not None:
+        return None
+    given, budget = queue.progress.given, queue.progress.budget
+    learns = f"No more pairs come: the run learns from {given} of {budget} answers."
+    return _say("answered", learns, f"The agent goes on training, {_how_long(queue, now)}.")
 
 
 DOING = {

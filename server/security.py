@@ -109,12 +109,12 @@ def _names_its_site(request: Request) -> bool:
 
 
 def _same_site(request: Request) -> bool:
-    """Whether the browser says that one of our own pages sent this."""
+    """Whether the browser says that one of our own pages sent this; a proxy in front may have spoken TLS with it."""
     site, origin = request.headers.get("sec-fetch-site"), request.headers.get("origin")
     if site is None and origin is None:
         return False
-    own = f"{request.url.scheme}://{request.headers.get('host', '')}"
-    return site in (None, "same-origin") and origin in (None, own)
+    host = request.headers.get("host", "")
+    return site in (None, "same-origin") and origin in (None, f"http://{host}", f"https://{host}")
 
 
 def _why_not(request: Request, given: str | None) -> str:

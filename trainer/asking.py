@@ -76,6 +76,12 @@ class Asker:
             else max(0, min(wanted, counted.remaining - counted.open - counted.rendering))
         )
 
+    def _step_over_empty_sessions(self) -> None:
+        """Sessions of an earlier attempt of which nothing could be drawn: adopting one would ask nothing, for ever."""
+        with self.database.read() as session:
+            while (found := find_session(session, self.claim.run_id, self.where.index)) and not found.asked:
+                self.where.index += 1
+
     def open(self, step: int, wanted: int) -> bool:
         """Ask up to `wanted` pairs in a new session, or what an earlier attempt left unposted of it.
 
@@ -83,6 +89,7 @@ class Asker:
 
         The checkpoint comes first: an attempt that goes on from it draws the same pairs and finds the same rows.
         """
+        self._step_over_empty_sessions()
         count = self.session_size(wanted)
         if not count:
             return False

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import structlog
 
-from labels_db.claims import Claim, acknowledge_stop, fail_run, finish_run, yield_run
+from labels_db.claims import Claim, acknowledge_stop, fail_run, finish_or_go_on, yield_run
 from labels_db.data_folder import DataFolder
 from labels_db.errors import AttemptLostError
 from labels_db.estimate import estimate_bytes
@@ -95,24 +95,23 @@ class Attempt:
             self.run.training.train()
             if self._config().total_steps > config.total_steps:
                 return self._leave(RunState.QUEUED)  # extended meanwhile: goes on with a larger buffer
-            self._finish(self.run, keep_buffer=config.checkpoints.keep_buffer)
+            return self._finish(self.run, config)
         except StopRequestedError:
             return self._leave(RunState.STOPPED)
         except ShutdownRequestedError:
             return self._leave(self._left_as)
-        return RunState.FINISHED
 
     def _config(self) -> RunConfig:
         with self.database.read() as session:
             return config_of(get_run(session, self.claim.run_id))
 
-    def _finish(self, run: RecordedRun, *, keep_buffer: bool) -> None:
+    def _finish(self, run: RecordedRun, config: RunConfig) -> RunState:
         self.last_evaluation = run.upkeep.evaluate(run.training)
         self._ask_no_more(run)
-        run.upkeep.save(run.training, rows=keep_buffer)
+        run.upkeep.save(run.training, rows=config.checkpoints.keep_buffer)
         self._say_goodbye(run, VIDEO_SECONDS)
         with self.database.write() as session:
-            finish_run(session, self.claim)
+            return finish_or_go_on(session, self.claim, total_steps=config.total_steps)
 
     def _ask_no_more(self, run: RecordedRun) -> None:
         """Nobody is to answer what can teach nothing any more."""

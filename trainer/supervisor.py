@@ -50,6 +50,7 @@ class Supervisor:
     """Whose runs alone are claimed, if any."""
     children: dict[Claim, Handle] = field(default_factory=dict)
     command: subprocess.Popen[bytes] | None = None
+    command_id: int | None = None
 
     @property
     def name(self) -> str:
@@ -95,23 +96,33 @@ class Supervisor:
             self._bury(claim, status)
 
     def _bury(self, claim: Claim, status: int) -> None:
-        how = f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
         log.info("ended", run=claim.run_id, attempt=claim.attempt, status=status)
         tail = "\n".join(log_tail(self.data.log_path(claim.run_id), LOG_LINES))
         with self.database.write() as session:
-            attempt_died(session, claim, f"The trainer's process {how}. The end of its log:\n{tail}")
+            attempt_died(
+                session, claim, f"The trainer's process {_how_it_ended(status)}. The end of its log:\n{tail}"
+            )
 
     def start_command(self) -> None:
         """One command at a time, in a process of its own."""
-        if self.command is not None and self.command.poll() is None:
+        if self.command is not None and not self._command_has_ended(self.command):
             return
         with self.database.write() as session:
             taken = commands.take_of_ended_runs(session, POLICY_COMMANDS)
-            command_id = None if taken is None else taken.id
-        if command_id is not None:
-            arguments = [sys.executable, "-m", "trainer.commands", str(command_id), str(self.data.path)]
+            self.command_id = None if taken is None else taken.id
+        if self.command_id is not None:
+            arguments = [sys.executable, "-m", "trainer.commands", str(self.command_id), str(self.data.path)]
             arguments += [self.data.artifacts_url] if self.data.artifacts_url else []
             self.command = subprocess.Popen(arguments, stdin=subprocess.DEVNULL)
+
+    def _command_has_ended(self, process: subprocess.Popen[bytes]) -> bool:
+        """Whoever asked hears of a process that died over the command, too."""
+        status = process.poll()
+        if status is not None and self.command_id is not None:
+            with self.database.write() as session:
+                commands.give_up(session, self.command_id, f"Its process {_how_it_ended(status)}.")
+            self.command_id = None
+        return status is not None
 
     def end_children(self) -> None:
         """Ask every run to write its checkpoint and go; whoever does not in time goes on by itself."""
@@ -123,6 +134,10 @@ class Supervisor:
             except subprocess.TimeoutExpired:
                 log.warning("still running", run=claim.run_id)
         self.reap()
+
+
+def _how_it_ended(status: int) -> str:
+    return f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
 
 
 def supervise(data: DataFolder, leave: threading.Event, max_parallel: int | None = None) -> None:

@@ -277,3 +277,27 @@ def test_a_transaction_that_fails_leaves_no_gap(database: Database) -> None:
         session.rollback()
     with database.write() as session:
         assert given.an_answer(session, two, "kept").sequence == 1
+
+
+def test_undo_does_not_reopen_what_another_has_answered(database: Database) -> None:
+    """Ann's lease lapses, Bob answers, Ann's answer arrives late and is taken back: Bob's is enough."""
+    with database.write() as session:
+        (query,) = given.queries(session, given.a_claim(session), 1)
+        (late,) = given.leases(session, given.labeller(session, "ann"))
+        later = NOW + LEASE_TIME + SECOND
+        (lease,) = given.leases(session, given.labeller(session, "bob"), at=later)
+        given.an_answer(session, lease, "bob's", at=later)
+        given.an_answer(session, late, "ann's", at=later)
+        answers.retract_answer(session, "ann's", late.labeller_id, answer_id="undo", now=later)
+        assert query.state == "closed"
+
+
+def test_undoing_a_skip_closes_what_was_asked_in_its_place(database: Database) -> None:
+    with database.write() as session:
+        owner = given.a_claim(session, budget=1)
+        (skipped,) = given.queries(session, owner, 1)
+        (lease,) = given.leases(session, given.labeller(session))
+        given.an_answer(session, lease, "skip", pressed=Pressed.SKIP)
+        (instead,) = given.queries(session, owner, 1, session_index=1)
+        answers.retract_answer(session, "skip", lease.labeller_id, answer_id="undo", now=NOW)
+        assert (skipped.state, instead.state) == ("open", "closed")

@@ -71,6 +71,17 @@ def test_a_command_that_is_done_is_never_taken_again(database: Database) -> None
         assert commands.take_of_ended_runs(session, KINDS) is None
 
 
+def test_a_command_given_up_says_why_unless_it_was_done(database: Database) -> None:
+    with database.write() as session:
+        given.a_run(session, at=NOW)
+        lost, done = (commands.ask(session, "mill", "fit", asked_by="eve") for _ in range(2))
+        commands.finish(session, done.id, {})
+        for command in (lost, done):
+            commands.give_up(session, command.id, "killed")
+        assert (lost.result, done.result) == ({"error": "killed"}, {})
+        assert lost.done_at is not None
+
+
 def test_a_result_is_kept(database: Database) -> None:
     with database.write() as session:
         given.a_run(session, at=NOW)

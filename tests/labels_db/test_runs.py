@@ -226,6 +226,30 @@ def test_a_dead_process_is_interrupted_unless_it_had_given_the_run_up(database: 
         assert runs.get_run(session, "mill").state is RunState.FINISHED
 
 
+def test_a_run_extended_while_it_ends_goes_on(database: Database) -> None:
+    with database.write() as session:
+        owner = given.a_claim(session)
+        before = runs.config_of(runs.get_run(session, "mill")).total_steps
+        claims.beat(session, owner, Report(RunState.RUNNING, "", before), now=NOW)
+        runs.extend_run(session, "mill", total_steps=before + 1000, budget=None)
+        assert claims.finish_or_go_on(session, owner, total_steps=before) is RunState.QUEUED
+        second = claims.claim_run(session, "s", max_parallel=1, now=NOW)
+        assert second is not None
+        assert claims.finish_or_go_on(session, second, total_steps=before + 1000) is RunState.FINISHED
+
+
+def test_a_finished_run_is_not_extended_by_answers_alone(database: Database) -> None:
+    with database.write() as session:
+        owner = given.a_claim(session)
+        steps = runs.config_of(runs.get_run(session, "mill")).total_steps
+        claims.beat(session, owner, Report(RunState.RUNNING, "", steps), now=NOW)
+        claims.finish_run(session, owner)
+        with pytest.raises(ConflictError, match="more answers need more steps"):
+            runs.extend_run(session, "mill", total_steps=None, budget=100)
+    with database.read() as session:
+        assert runs.config_of(runs.get_run(session, "mill")).budget == 50
+
+
 def test_a_paused_run_stays_paused_through_a_shutdown(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)

@@ -51,6 +51,13 @@ CASES = [
     (a_queue(state=RunState.STOPPED), "stopped", "Stopped at step 5\u202f000. Resume continues from there."),
     (a_queue(progress={"given": 50}), "answered", "All 50 answers are given. Thank you. The agent goes on"),
     (a_queue(progress={"given": 50}), "answered", "about 6 min more"),
+    (a_queue(progress={"given": 50}, state=RunState.PAUSED), "answered", "once the run goes on."),
+    (a_queue(progress={"given": 50}, state=RunState.QUEUED), "answered", "once the run goes on."),
+    (
+        a_queue(progress={"given": 48}),
+        "answered",
+        "No more pairs come: the run learns from 48 of 50 answers.",
+    ),
     (a_queue(state=RunState.QUEUED, place=1), "queued", "This run is the next to start."),
     (a_queue(state=RunState.QUEUED, place=2), "queued", "behind 1 other run."),
     (a_queue(state=RunState.QUEUED, place=4), "queued", "behind 3 other runs."),
@@ -65,8 +72,8 @@ CASES = [
     (a_queue(state=RunState.WAITING, wanted_answers=6), "waiting", "waits for 6 answers"),
     (a_queue(next_session_step=7000), "training", "next pairs in about 20 s"),
     (a_queue(next_session_step=5000), "training", "any moment now"),
-    (a_queue(), "training", "in a while"),
-    (a_queue(phase="fitting"), "training", "The agent is learning from your answers:"),
+    (a_queue(next_session_step=6000, steps_per_second=None), "training", "in a while"),
+    (a_queue(phase="fitting", next_session_step=7000), "training", "The agent is learning from your answers:"),
 ]
 
 

@@ -123,6 +123,11 @@ def test_a_cookie_alone_changes_nothing_unless_the_browser_says_it_is_our_page(s
         assert site.anonymous.post("/api/runs", json=new, headers=same).status_code == 201
 
 
+def test_a_proxy_in_front_may_speak_tls_with_the_browser(site: Site) -> None:
+    ours = {"Origin": BASE.replace("http://", "https://"), "Sec-Fetch-Site": "same-origin"}
+    assert site.client.post("/api/runs", json={"preset": "walker-walk"}, headers=ours).status_code == 201
+
+
 def test_large_and_endless_bodies_are_refused(site: Site) -> None:
     assert site.client.post("/api/runs", content=b" " * 70_000).status_code == 413
     assert site.client.post("/api/runs", content=iter([b"{}"])).status_code == 411

@@ -17,7 +17,7 @@ from labels_db import commands
 from labels_db.claims import Claim, queue_positions
 from labels_db.data_folder import DataFolder
 from labels_db.models import Command, RunState
-from labels_db.runs import get_run
+from labels_db.runs import get_run, stop_run
 from tests.trainer.conftest import RUN, Lab, small_config
 from trainer.launcher import Handle, LocalLauncher
 from trainer.supervisor import Supervisor
@@ -148,3 +148,18 @@ def test_a_shutdown_leaves_runs_queued_with_a_checkpoint(lab: Lab, watched: Supe
         assert run.state is RunState.QUEUED
         assert run.fruitless_attempts == 0
         assert run.step > 0
+
+
+def test_a_command_whose_process_is_killed_is_answered_with_that(lab: Lab, watched: Supervisor) -> None:
+    lab.request(small_config())
+    with lab.database.write() as session:
+        stop_run(session, RUN)  # a queued run stops at once
+        asked = commands.ask(session, RUN, "evaluate", asked_by="test").id
+    watched.look()
+    assert watched.command is not None
+    watched.command.kill()
+    watched.command.wait()
+    watched.look()
+    with lab.database.read() as session:
+        assert session.get_one(Command, asked).result == {"error": "Its process was killed by signal 9."}
+    assert watched.command_id is None
