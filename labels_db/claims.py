@@ -108,6 +108,8 @@ def beat(session: Session, claim: Claim, report: Report, *, now: datetime) -> De
     run.next_session_step = report.next_session_step
     run.heartbeat_at = now
     run.progress_at = report.progress_at or run.progress_at
+    if report.state is RunState.WAITING:
+        run.fruitless_attempts = 0  # nothing but people keeps it from going on
     return run.desired
 
 
@@ -142,7 +144,7 @@ def interrupt_run(session: Session, run: Run, reason: str) -> str:
 
 
 def made_progress(session: Session, claim: Claim) -> None:
-    """A checkpoint was written: the next interruption starts counting anew."""
+    """It has come farther than any attempt before: the next interruption starts counting anew."""
     owned_run(session, claim).fruitless_attempts = 0
 
 

@@ -83,6 +83,21 @@ def trim_session(session: Session, claim: Claim, session_id: int) -> None:
     close_session_when_done(session, session_id, utc_now())
 
 
+def forget_unposted(session: Session, claim: Claim, *, after: int) -> None:
+    """Sessions opened after that step ask no more than they have posted, and those without a query never were.
+
+    Training goes on from before them: it would wait for the rest, which nobody is to post until it comes there again.
+    """
+    later = select(FeedbackSession).where(
+        FeedbackSession.run_id == claim.run_id, FeedbackSession.step > after
+    )
+    for opened in session.scalars(later).all():
+        if session_queries(session, opened.id):
+            trim_session(session, claim, opened.id)
+        else:
+            session.delete(opened)
+
+
 def post_query(
     session: Session,
     claim: Claim,

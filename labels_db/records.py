@@ -7,11 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Select, delete, insert, select
+from sqlalchemy import Select, delete, func, insert, select
 from sqlalchemy.dialects.sqlite import insert as upsert
 from sqlalchemy.orm import Session
 
 from labels_db.claims import Claim, made_progress, owned_run
+from labels_db.feedback_sessions import forget_unposted
 from labels_db.models import Checkpoint, EvaluationResult, Fit, Metric, QueryScore, utc_now
 
 
@@ -161,8 +162,11 @@ def _evaluations(run_id: str) -> Select[EvaluationResult]:
 def record_checkpoint(
     session: Session, claim: Claim, *, step: int, manifest_key: str, checksum: str
 ) -> Checkpoint:
-    """Keep a written checkpoint, which also counts as progress of the attempt."""
-    made_progress(session, claim)
+    """Keep a written checkpoint; one later than all before counts as progress."""
+    owned_run(session, claim)
+    last = session.scalar(select(func.max(Checkpoint.step)).where(Checkpoint.run_id == claim.run_id))
+    if last is None or step > last:
+        made_progress(session, claim)
     checkpoint = Checkpoint(
         run_id=claim.run_id,
         attempt=claim.attempt,
@@ -201,3 +205,4 @@ def rewind(session: Session, claim: Claim, *, step: int, fits: int) -> None:
     session.execute(
         delete(EvaluationResult).where(EvaluationResult.run_id == run_id, EvaluationResult.step > step)
     )
+    forget_unposted(session, claim, after=step)

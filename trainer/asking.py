@@ -59,6 +59,7 @@ class Asker:
     """Both segments' observations of every preference so far, [n, 2·H·D]."""
     where: Where = field(default_factory=Where)
     asks: list[Asked] = field(default_factory=list)
+    _may_be_left: bool = True
 
     def remaining(self) -> int:
         """Answers the budget still wants."""
@@ -75,6 +76,24 @@ class Asker:
             if found
             else max(0, min(wanted, counted.remaining - counted.open - counted.rendering))
         )
+
+    def is_left_open(self, step: int) -> bool:
+        """Whether an earlier attempt opened the next session by this step: what is missing of it is nobody's to post.
+
+        It is to be adopted before anything is waited for.
+        """
+        if self._may_be_left:
+            with self.database.read() as session:
+                found = find_session(session, self.claim.run_id, self.where.index)
+            self._may_be_left = found is not None
+            return found is not None and found.step <= step
+        return False
+
+    def drew_nothing(self) -> bool:
+        """Whether no pair of the session before the last could be drawn."""
+        with self.database.read() as session:
+            found = find_session(session, self.claim.run_id, self.where.index - 2)
+        return found is not None and not found.asked
 
     def _step_over_empty_sessions(self) -> None:
         """Sessions of an earlier attempt of which nothing could be drawn: adopting one would ask nothing, for ever."""

@@ -91,8 +91,9 @@ class EveryKSteps:
     def ask(self, asker: Asker, step: int, inbox: Inbox) -> None:
         if step < asker.where.next_step or not asker.sampler.can_draw():
             return
-        if inbox.open and asker.remaining() > self.capacity(step):
-            asker.wait(step, lambda inbox: inbox.complete)
+        slow = inbox.open and not asker.is_left_open(step) and asker.remaining() > self.capacity(step)
+        if slow and asker.wait(step, lambda inbox: inbox.complete).sequence > asker.where.cursor:
+            return  # what was waited for is learned from first: the loop asks again at this step
         asker.supersede()
         asker.open(step, self.queries(step))
         asker.where.next_step = step + self.config.steps_between
@@ -119,15 +120,22 @@ class AlwaysReady:
     def ask(self, asker: Asker, step: int, inbox: Inbox) -> None:
         if step == asker.where.opened_step:
             return  # a scripted teacher, who answers at once, would be asked the whole budget at one step
+        if step < asker.where.next_step or not asker.sampler.can_draw():
+            return
         missing = self.config.ready - inbox.open - inbox.rendering
         stale = step - max(asker.where.opened_step, asker.where.news_step) >= self.config.fresh_steps
-        if step < asker.where.next_step or not asker.sampler.can_draw() or not (missing > 0 or stale):
-            return
         if stale and inbox.open:
             asker.supersede()
             missing = self.config.ready
+        if missing > 0 or stale or asker.is_left_open(step):
+            self._open(asker, step, missing)
+
+    def _open(self, asker: Asker, step: int, missing: int) -> None:
+        """Seldom again where there is no budget, and more seldom where nothing can be drawn."""
         if not asker.open(step, missing):
             asker.where.next_step = step + self.LOOK_AGAIN
+        elif asker.drew_nothing():
+            asker.where.next_step = step + self.config.fresh_steps
 
 
 def until_all_answered(asker: Asker, step: int) -> Inbox:

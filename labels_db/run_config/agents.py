@@ -32,8 +32,9 @@ class SAC(Config):
     )
 
     def transitions_kept(self, run: RunConfig) -> int:
-        """Rows of the buffer, at most."""
-        return self.replay_capacity or run.total_steps
+        """Rows of the buffer, at most. N environments step together: the last time may go beyond the run's end."""
+        steps_of_all = -(-run.total_steps // run.environments)
+        return self.replay_capacity or steps_of_all * run.environments
 
 
 class PPO(Config):

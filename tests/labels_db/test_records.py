@@ -6,12 +6,15 @@ import pytest
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from labels_db import records, runs
+from labels_db import claims, records, runs
 from labels_db.claims import Claim
 from labels_db.database import Database
-from labels_db.models import Metric, QueryScore
+from labels_db.feedback_sessions import open_session
+from labels_db.history import sessions_of
+from labels_db.models import Metric, QueryScore, RunState
 from labels_db.records import FitReport, Measurement
 from tests.labels_db import given
+from tests.labels_db.given import NOW
 
 REPORT = FitReport(preferences=4, epochs=9, training_accuracy=1.0, fresh_accuracy=None)
 
@@ -93,6 +96,32 @@ def test_a_checkpoint_counts_as_progress(database: Database) -> None:
         assert (latest.step, latest.attempt, runs.get_run(session, "mill").fruitless_attempts) == (3, 1, 0)
         records.forget_checkpoints(session, owner, [checkpoint.id for checkpoint in older])
         assert [found.step for found in records.checkpoints_of(session, "mill")] == [3]
+
+
+def test_a_checkpoint_no_later_than_an_earlier_one_is_no_progress(database: Database) -> None:
+    """What kills the trainer right after its checkpoint must not be tried for ever."""
+    with database.write() as session:
+        run = given.a_run(session)
+        for attempt in range(claims.MAX_FRUITLESS_ATTEMPTS + 1):
+            owner = claims.claim(session, run, "s", now=NOW)
+            records.record_checkpoint(session, owner, step=500, manifest_key=str(attempt), checksum="c")
+            claims.attempt_died(session, owner, "killed by signal 9")
+            if run.state is RunState.FAILED:
+                break
+        assert (run.state, run.attempt) == (RunState.FAILED, claims.MAX_FRUITLESS_ATTEMPTS + 1)
+
+
+def test_a_rewind_asks_no_more_of_a_later_session_than_was_posted(database: Database) -> None:
+    with database.write() as session:
+        owner = given.a_claim(session)
+        posted = open_session(session, owner, index=0, step=1000, asked=3)
+        given.queries(session, owner, 1)
+        open_session(session, owner, index=1, step=2000, asked=3)
+        records.rewind(session, owner, step=1000, fits=0)
+        assert [record.session.index for record in sessions_of(session, "mill")] == [0]
+        assert posted.asked == 3
+        records.rewind(session, owner, step=500, fits=0)
+        assert posted.asked == 1
 
 
 def test_a_rewind_forgets_what_will_be_computed_again(database: Database) -> None:

@@ -73,7 +73,11 @@ CASES = [
     (a_queue(next_session_step=7000), "training", "next pairs in about 20 s"),
     (a_queue(next_session_step=5000), "training", "any moment now"),
     (a_queue(next_session_step=6000, steps_per_second=None), "training", "in a while"),
-    (a_queue(phase="fitting", next_session_step=7000), "training", "The agent is learning from your answers:"),
+    (
+        a_queue(phase="fitting", next_session_step=7000),
+        "training",
+        "The agent is learning from your answers:",
+    ),
 ]
 
 

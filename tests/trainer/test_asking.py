@@ -1,0 +1,166 @@
+"""When sessions open, are adopted and learned from: the rules on a real record, with pairs that need no simulator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from sqlalchemy import select
+
+from labels_db.claims import Claim
+from labels_db.database import Database
+from labels_db.feedback_progress import Inbox, read_inbox
+from labels_db.feedback_sessions import find_session, open_session, post_query, trim_session
+from labels_db.models import FeedbackSession, Query, utc_now
+from tests.labels_db import given
+from tests.trainer.conftest import RUN, Lab, small_config
+from trainer.asking import Asker
+from trainer.feedback import FromTeacher, make_feedback
+from trainer.posting import Asked
+from trainer.query_selection import Chosen
+
+FIRST = 300
+"""The step after exploration."""
+
+
+@dataclass
+class PostingDesk:
+    """Posts at once, as a person's desk does in the end; or can draw nothing."""
+
+    database: Database
+    claim: Claim
+    draws: bool = True
+
+    def ask(self, asked: Asked) -> None:
+        with self.database.write() as session:
+            post(session, self.claim, asked.session, list(asked.pairs) if self.draws else [])
+            if not self.draws:
+                trim_session(session, self.claim, asked.session.id)
+
+    def has_posted(self, _asked: Asked) -> bool:
+        return True
+
+    def withdraw(self) -> None: ...
+
+    def check(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+@dataclass
+class Listening:
+    """Reads the inbox whenever it is asked; the person answers while training waits."""
+
+    database: Database
+    said: list[str] = field(default_factory=list)
+
+    def check(self) -> Inbox:
+        with self.database.read() as session:
+            return read_inbox(session, RUN)
+
+    listen = check
+
+    def phase(self, phase: str, *_state: Any, **_more: Any) -> None:
+        self.said.append(phase)
+
+
+def post(session: Any, claim: Claim, opened: FeedbackSession, places: list[int]) -> None:
+    for index in places:
+        segments = given.a_segment(RUN, 2 * index), given.a_segment(RUN, 2 * index + 1)
+        post_query(session, claim, opened, index=index, segments=segments, scheme="uniform", score=None)
+
+
+def answer_everything(database: Database) -> None:
+    with database.write() as session:
+        for lease in given.leases(session, given.labeller(session), 99, at=utc_now(), run_id=RUN):
+            given.an_answer(session, lease, f"a-{lease.id}", at=utc_now())
+
+
+def feedback(lab: Lab, *, draws: bool = True, **settings: Any) -> FromTeacher:
+    """The configured rule and pace of a claimed run; whenever it waits, everything open is answered, twice at most."""
+    config = small_config(feedback__teacher__kind="human", **settings)
+    lab.request(config)
+    waits = iter(range(3))
+
+    def obey() -> None:
+        assert next(waits, None) is not None, "it waits for ever"
+        answer_everything(lab.database)
+
+    claim = lab.claim()
+    asker = Asker(
+        config=config.feedback,  # type: ignore[arg-type]
+        database=lab.database,
+        claim=claim,
+        progress=Listening(lab.database),  # type: ignore[arg-type]
+        sampler=SimpleNamespace(can_draw=lambda: True, average_return=lambda: 0.0),  # type: ignore[arg-type]
+        model=None,  # type: ignore[arg-type]
+        desk=PostingDesk(lab.database, claim, draws),
+        checkpoint=lambda: None,
+        obey=obey,
+        fitted=lambda: False,
+        asked=lambda: None,  # type: ignore[arg-type, return-value]
+    )
+    asker._choose = lambda count: [Chosen(None, "uniform", None)] * count  # type: ignore[arg-type, method-assign]
+    return make_feedback(asker, config)
+
+
+def sessions(lab: Lab) -> list[tuple[int, int, int]]:
+    """Of each session its index, its step and how many queries were posted."""
+    with lab.database.read() as session:
+        opened = session.scalars(select(FeedbackSession).order_by(FeedbackSession.index)).all()
+        posted = [query.session_id for query in session.scalars(select(Query)).all()]
+    return [(found.index, found.step, posted.count(found.id)) for found in opened]
+
+
+@pytest.mark.parametrize("pace", ["block", "stream"])
+def test_what_an_earlier_attempt_left_unposted_is_posted_before_anything_is_waited_for(
+    lab: Lab, pace: str
+) -> None:
+    """It died while it posted: 1 of 4 is there and open, and the budget is larger than the sessions left can hold."""
+    asking = feedback(lab, feedback__pace=pace, feedback__budget=100)
+    with lab.database.write() as session:
+        claim = asking.asker.claim
+        post(session, claim, open_session(session, claim, index=0, step=FIRST, asked=4), [0])
+    asking.before_step(FIRST)
+    assert sessions(lab) == [(0, FIRST, 4)]
+
+
+def test_queries_always_ready_adopt_what_was_left_at_once(lab: Lab) -> None:
+    asking = feedback(lab, feedback__kind="continuous", feedback__ready=3)
+    with lab.database.write() as session:
+        open_session(session, asking.asker.claim, index=0, step=FIRST, asked=3)
+    asking.before_step(FIRST)
+    assert sessions(lab) == [(0, FIRST, 3)]
+
+
+def test_what_was_waited_for_is_learned_from_before_the_next_session_is_chosen(lab: Lab) -> None:
+    asking = feedback(lab, feedback__pace="stream", feedback__budget=100, feedback__patience_steps=10_000)
+    assert asking.before_step(FIRST) is None
+    second = FIRST + 150
+    assert asking.before_step(second) == 4
+    assert len(sessions(lab)) == 1
+    asking.learned(4)
+    assert asking.before_step(second) is None
+    assert sessions(lab)[1] == (1, second, 4)
+
+
+def test_a_session_of_which_nothing_could_be_drawn_is_stepped_over(lab: Lab) -> None:
+    asking = feedback(lab, feedback__pace="stream")
+    with lab.database.write() as session:
+        claim = asking.asker.claim
+        trim_session(session, claim, open_session(session, claim, index=0, step=FIRST, asked=4).id)
+    asking.before_step(FIRST)
+    assert sessions(lab) == [(0, FIRST, 0), (1, FIRST, 4)]
+
+
+def test_where_nothing_can_be_drawn_it_is_tried_seldom(lab: Lab) -> None:
+    asking = feedback(lab, draws=False, feedback__kind="continuous", feedback__fresh_steps=500)
+    for step in range(FIRST, FIRST + 600):
+        asking.before_step(step)
+    assert [step for _, step, _ in sessions(lab)] == [FIRST, FIRST + 1, FIRST + 501]
+    with lab.database.read() as session:
+        last = find_session(session, RUN, 2)
+        assert last is not None
+        assert last.asked == 0
