@@ -152,6 +152,6 @@ def test_people_are_asked_by_a_human_teacher_only() -> None:
 
 
 def test_environments_that_step_together_do_not_wrap_the_buffer_before_the_end() -> None:
-    """1000 steps by threes are 1002 transitions; a ring that wrapped could not be read into a larger one."""
-    run = RunConfig.model_validate({"environments": 3, "total_steps": 1000, "agent": {"kind": "sac"}})
-    assert run.agent.transitions_kept(run) == 1002
+    """20 000 steps by threes are 20 001 transitions; a ring that wrapped could not be read into a larger one."""
+    run = RunConfig.model_validate({"environments": 3, "total_steps": 20_000})
+    assert run.agent.transitions_kept(run) == 20_001
