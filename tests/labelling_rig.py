@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from labels_db.answers import answer_query, answers_since
 from labels_db.claims import Claim, Report, beat, claim, finish_run
 from labels_db.database import Database
-from labels_db.feedback_sessions import open_session, post_query
+from labels_db.feedback_sessions import open_session, post_query, supersede_queries
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Answer, Clip, FeedbackSession, Lease, Pressed, Query, RunState, Segment, utc_now
 from labels_db.presets import preset_named
@@ -76,6 +76,17 @@ class LabelRun:
     def finish(self) -> None:
         with self.database.write() as session:
             finish_run(session, self.owner)
+
+    def supersede(self) -> None:
+        """Close whatever is open, as before a run's end."""
+        with self.database.write() as session:
+            supersede_queries(session, self.owner)
+
+    def forget_leases(self) -> None:
+        """As if every lease had lapsed."""
+        with self.database.write() as session:
+            for lease in session.query(Lease):
+                lease.expires_at = utc_now()
 
     def post(self, count: int = 1, *, answers_needed: int = 1) -> None:
         """Ask that many pairs, their clips written before."""

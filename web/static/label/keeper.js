@@ -15,6 +15,11 @@ const UNREACHED_MS = 2000;
 const CALM = new Set(["queued", "starting", "interrupted", "paused", "silent"]);
 const OVER = new Set(["answered", "finished", "archived", "scripted", "failed", "stopped"]);
 
+/** Whether an answer to a pair that is not lent any more would still teach the run something. */
+function wants(state) {
+  return state.remaining > 0 && state.state !== "finished" && state.message?.kind !== "archived";
+}
+
 /** Fires `state` {queue}, `refused` {error}, `unreached` {signedOut}. */
 export class Keeper extends EventTarget {
   #timer = 0;
@@ -50,12 +55,17 @@ export class Keeper extends EventTarget {
       await this.#ask();
     }
     this.#busy = false;
+    this.#askLater();
+  }
+
+  #askLater() {
+    clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.poke(), this.#wait);
   }
 
   /** What a reply to an answer said. */
-  heard(reply, options) {
-    this.queue.accept(reply, options);
+  heard(reply, { keepHead = true } = {}) {
+    this.queue.accept(reply, { keepHead: keepHead && wants(reply.queue) });
     this.#said(reply.queue);
   }
 
@@ -76,22 +86,28 @@ export class Keeper extends EventTarget {
   }
 
   async #lease() {
-    // After a time away the pair on screen may be somebody else's by now, and nobody is looking at it yet.
-    const keepHead = !this.#away;
-    this.#away = false;
+    const keepHead = !this.#comesBack();
     this.heard(await this.api.lease(this.wanted), { keepHead });
   }
 
   /** Nothing is leased while there is nothing, nor while nobody looks: others may want it. */
   async #look() {
     const state = await this.api.queue();
-    if (state.available && !document.hidden) await this.#lease();
-    else this.#said(state);
+    if (state.available) await (document.hidden ? this.#said(state) : this.#lease());
+    else this.heard({ leases: [], queue: state, turn: state.turn }, { keepHead: !this.#comesBack() });
+  }
+
+  /** After a time away the pair on screen may be somebody else's by now, and nobody is looking at it yet. */
+  #comesBack() {
+    const away = this.#away;
+    this.#away = document.hidden;
+    return away || document.hidden;
   }
 
   #said(state) {
     this.#nothing = state.available === 0;
     this.#wait = this.#interval(state);
+    if (!this.#busy) this.#askLater();
     this.dispatchEvent(new CustomEvent("state", { detail: state }));
   }
 

@@ -7,6 +7,7 @@ const PRESSES = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "equal", Arro
  */
 export function listenToKeys(act) {
   document.addEventListener("keydown", (event) => {
+    if (isHeldOnButton(event)) event.preventDefault();
     if (isElsewhere(event)) return;
     const action = actionOf(event, act);
     if (!action) return;
@@ -22,6 +23,11 @@ function actionOf(event, act) {
   if (event.key === "?") return act.help;
   if (event.key === " " && !event.target.closest("button, a, summary")) return act.replay;
   return null;
+}
+
+/** Enter held down would click a button again and again, and answer pairs that nobody has seen. */
+function isHeldOnButton(event) {
+  return event.repeat && event.key === "Enter" && event.target.closest?.("button");
 }
 
 function isElsewhere(event) {

@@ -10,7 +10,7 @@ import { listenToKeys } from "./keys.js";
 import { labellerForm } from "./labeller.js";
 import { Labelling } from "./labelling.js";
 import { nod } from "./motion.js";
-import { Outbox } from "./outbox.js";
+import { Outbox, UNSENT, unsentAnywhere } from "./outbox.js";
 import { Player } from "./player.js";
 import { Pace, progressText, unsentCount } from "./progress.js";
 import { PairQueue } from "./queue.js";
@@ -29,7 +29,7 @@ const api = new Api(run);
 const view = new View(root);
 const queue = new PairQueue();
 const history = new History(new Kept(sessionStorage, `pebble:history:${run}`, []));
-const outbox = new Outbox(new Kept(localStorage, `pebble:outbox:${run}`, []), send);
+const outbox = new Outbox(new Kept(localStorage, `${UNSENT}${run}`, []), send);
 const keeper = new Keeper({ api, queue, outbox });
 const player = new Player(one("#left"), one("#right"), one("[data-position]"));
 const pace = new Pace(new Kept(sessionStorage, "pebble:pace", []));
@@ -37,6 +37,8 @@ const labelling = new Labelling({ queue, outbox, history, player });
 const taught = new Fragment(one("[data-taught]"), `/runs/${encodeURIComponent(run)}/label/taught`);
 const summary = new Fragment(one("[data-summary]"), `/runs/${encodeURIComponent(run)}/label/summary`);
 const beep = arrivalSound(one("[data-sound]"), new Kept(localStorage, "pebble:sound", false));
+
+const named = new Kept(localStorage, "pebble:named", "");
 
 let state = null;
 let nothingWaits = false;
@@ -49,6 +51,18 @@ function send(item) {
   // A lease that a refused retraction never brought: nothing stands behind this answer any more.
   if (lease_id === null) return Promise.reject(new Refusal(409, "its pair was not lent again"));
   return api.answer({ answer_id: id, lease_id, pressed, shown_at, goal_card_version: goal, count });
+}
+
+/** Tabs of one browser share what is unsent, and one of them may be closed. */
+function sendWhatAnotherTabLeft() {
+  if (document.hidden || !outbox.items.length) return;
+  queue.exclude(leasesOf(outbox.items));
+  view.beginSaving();
+  outbox.drain();
+}
+
+function leasesOf(items) {
+  return items.map((item) => item.lease_id).filter((id) => id != null);
 }
 
 function showProgress() {
@@ -69,6 +83,7 @@ function showHead() {
   if (head) view.showWait();
   else if (!reached || outbox.failures) view.showEmpty("unreached", unreachedSentence(outbox.items.length));
   else if (state?.message) showReason(state.message);
+  else if (queue.onlyBroken) view.showEmpty("broken", "The pairs that are left cannot be shown. Reload the page to try again.");
   else view.showWait();
 }
 
@@ -123,6 +138,7 @@ keeper.addEventListener("state", ({ detail }) => {
   view.setGoal(state.goal);
   if (!reached) outbox.retryNow();
   reached = true;
+  sendWhatAnotherTabLeft();
   showProgress();
   showHead();
   attend();
@@ -148,7 +164,9 @@ const act = {
 };
 
 listenToKeys(act);
-for (const button of view.answers) onClick(button, (event) => act.press(button.dataset.press, event.timeStamp));
+// The second click of a double click was meant for the pair before.
+const clicked = ({ dataset }, event) => event.detail > 1 || act.press(dataset.press, event.timeStamp);
+for (const button of view.answers) onClick(button, (event) => clicked(button, event));
 onClick(view.undo, act.undo);
 onClick(one("[data-replay]"), act.replay);
 
@@ -157,19 +175,22 @@ speedSwitch(one("[data-speed]"), new Kept(localStorage, "pebble:rate", 1), (rate
 labellerForm(one("[data-labeller]"), {
   say: (text) => view.say(text),
   rename: async (name) => {
-    if (outbox.items.length) throw new Error("Your last answers are still being sent; try again in a moment.");
+    if (outbox.items.length || unsentAnywhere()) throw new Error("Your last answers are still being sent; try again in a moment.");
     await api.beNamed(name);
     history.clear();
+    named.set(name);
     location.reload();
   },
 });
+// Other tabs hold pairs that were lent to somebody who is not labelling any more.
+addEventListener("storage", ({ key }) => key === named.key && location.reload());
 
 document.addEventListener("visibilitychange", () => (document.hidden ? player.pause() : player.resume()));
 addEventListener("focus", attend);
 addEventListener("blur", attend);
 if (document.hidden) player.pause();
 
-queue.exclude(outbox.items.map((item) => item.lease_id).filter((id) => id != null));
+queue.exclude(leasesOf(outbox.items));
 view.showWait();
 if (outbox.items.length) view.beginSaving();
 view.setUndo(history.length > 0);

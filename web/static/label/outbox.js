@@ -3,6 +3,14 @@
 
 import { Refusal, SignedOut } from "./api.js";
 
+/** Under this and the run's name the browser keeps what is unsent. */
+export const UNSENT = "pebble:outbox:";
+
+/** Whether any run's answers wait to be sent. */
+export function unsentAnywhere() {
+  return Object.keys(localStorage).some((key) => key.startsWith(UNSENT) && localStorage.getItem(key) !== "[]");
+}
+
 const FIRST_RETRY_MS = 500;
 const LAST_RETRY_MS = 15_000;
 
@@ -63,6 +71,7 @@ export class Outbox extends EventTarget {
     this.#draining = true;
     while (this.items.length) await this.#sendFirst();
     this.#draining = false;
+    this.#reached(); // by another tab, if not by this one
   }
 
   async #sendFirst() {
@@ -70,8 +79,7 @@ export class Outbox extends EventTarget {
     this.kept.set(this.items.map((other) => (other.id === item.id ? { ...other, tried: true } : other)));
     try {
       const reply = await this.send(item);
-      this.failures = 0;
-      this.signedOut = false;
+      this.#reached();
       this.#remove(item.id);
       this.dispatchEvent(new CustomEvent("sent", { detail: { item, reply } }));
     } catch (error) {
@@ -80,8 +88,16 @@ export class Outbox extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
+  #reached() {
+    const changes = this.failures > 0;
+    this.failures = 0;
+    this.signedOut = false;
+    if (changes) this.dispatchEvent(new Event("change"));
+  }
+
   async #failed(item, error) {
     if (error instanceof Refusal) {
+      this.#reached();
       this.#remove(item.id);
       this.dispatchEvent(new CustomEvent("refused", { detail: { item, error } }));
       return;

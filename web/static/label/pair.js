@@ -7,8 +7,12 @@ import { Refusal, Unreachable } from "./api.js";
  *   duration: number, times: number[]}} Clip
  */
 
+const PATIENCE_MS = 30_000;
+const TRIES = 3;
+
 export class Pair {
   #loading = null;
+  #undecoded = 0;
   /** @type {{left: ImageBitmap, right: ImageBitmap} | null} */
   sheets = null;
 
@@ -33,8 +37,18 @@ export class Pair {
   }
 
   async #decode() {
-    const [left, right] = await Promise.all([decoded(this.left.url), decoded(this.right.url)]);
+    const blobs = await Promise.all([fetched(this.left.url), fetched(this.right.url)]);
+    const [left, right] = await Promise.all(blobs.map((blob) => createImageBitmap(blob))).catch(() => {
+      throw this.#unreadable();
+    });
     this.sheets = { left, right };
+  }
+
+  /** A device short of memory may manage later; a clip that is broken stays so. */
+  #unreadable() {
+    this.#undecoded += 1;
+    const reason = "its clip cannot be read";
+    return this.#undecoded < TRIES ? new Unreachable(reason) : new Refusal(422, reason);
   }
 
   /** Free the decoded sheets; they can be loaded again. */
@@ -50,16 +64,13 @@ export class Pair {
   }
 }
 
-async function decoded(url) {
-  const reply = await fetch(url).catch((error) => {
+async function fetched(url) {
+  const reply = await fetch(url, { signal: AbortSignal.timeout(PATIENCE_MS) }).catch((error) => {
     throw new Unreachable(error.message);
   });
   if (reply.status >= 500 || reply.status === 401) throw new Unreachable(`${url}: ${reply.status}`);
   if (!reply.ok) throw new Refusal(reply.status, "its clip is gone");
-  const blob = await reply.blob().catch((error) => {
+  return reply.blob().catch((error) => {
     throw new Unreachable(error.message);
-  });
-  return createImageBitmap(blob).catch(() => {
-    throw new Refusal(422, "its clip cannot be read");
   });
 }

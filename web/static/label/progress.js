@@ -29,7 +29,7 @@ export function unsentCount(items) {
 }
 
 export function progressText({ given, budget }, seconds) {
-  const parts = [`${given} of ${budget}`];
+  const parts = [given > budget ? `${given} given, ${budget} were wanted` : `${given} of ${budget}`];
   if (seconds !== null) {
     parts.push(`${seconds.toFixed(1)} s each`);
     if (given < budget) parts.push(`about ${span((budget - given) * seconds)} left`);

@@ -12,6 +12,10 @@ export class PairQueue extends EventTarget {
   /** Leases answered here or given up: a reply that was on its way must not bring them back. */
   #gone = new Set();
   #turn = 0;
+  /** Leases whose clips this browser could not show. */
+  #broken = new Set();
+  /** Whether nothing else is lent than those. */
+  onlyBroken = false;
 
   get head() {
     return this.#pairs[0];
@@ -28,6 +32,7 @@ export class PairQueue extends EventTarget {
   /** Leases that are answered already, by answers still to be sent. */
   exclude(leaseIds) {
     for (const id of leaseIds) this.#gone.add(id);
+    if (this.#pairs.some((pair) => this.#gone.has(pair.leaseId))) this.drop((pair) => this.#gone.has(pair.leaseId));
   }
 
   /**
@@ -37,6 +42,7 @@ export class PairQueue extends EventTarget {
   accept({ leases, turn }, { keepHead = true } = {}) {
     if (turn < this.#turn) return;
     this.#turn = turn;
+    this.onlyBroken = leases.length > 0 && leases.every((lease) => this.#broken.has(lease.lease_id));
     const offered = leases.filter((lease) => !this.#gone.has(lease.lease_id)).map((lease) => this.#known(lease));
     const stays = (pair) => offered.includes(pair) || pair.leaseId === null || (keepHead && pair === this.head);
     const before = this.#pairs;
@@ -106,6 +112,7 @@ export class PairQueue extends EventTarget {
       return;
     }
     if (pair.leaseId !== null) this.#gone.add(pair.leaseId);
+    this.#broken.add(pair.leaseId);
     this.drop((other) => other === pair);
     this.dispatchEvent(new CustomEvent("broken", { detail: error.message }));
   }
