@@ -41,7 +41,7 @@ def test_the_key_that_opens_the_keys_closes_them(hand: Hand, run: LabelRun, page
     hand.open()
     for state in ("visible", "hidden", "visible"):
         page.keyboard.press("?")
-        page.get_by_role("dialog", name="Keys").wait_for(state=state)  # type: ignore[arg-type]
+        page.get_by_role("dialog", name="Keys").wait_for(state=state)
 
 
 def test_clips_stay_large_enough_to_be_seen_on_a_low_screen(hand: Hand, run: LabelRun, page: Page) -> None:
