@@ -108,8 +108,8 @@ def beat(session: Session, claim: Claim, report: Report, *, now: datetime) -> De
     run.next_session_step = report.next_session_step
     run.heartbeat_at = now
     run.progress_at = report.progress_at or run.progress_at
-    if report.state is RunState.WAITING:
-        run.fruitless_attempts = 0  # nothing but people keeps it from going on
+    if report.state is RunState.WAITING and run.progress_at and now - run.progress_at > STALE_AFTER:
+        run.fruitless_attempts = 0  # it has waited for a while: nothing but people keeps it from going on
     return run.desired
 
 

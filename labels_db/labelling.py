@@ -40,6 +40,8 @@ class Queue:
     run: Run
     asks_people: bool
     total_steps: int
+    steps_between: int
+    """From one feedback session to the next; 0 where there are none."""
     progress: FeedbackProgress
     available: int
     """Queries that this labeller holds or could lease."""
@@ -60,6 +62,7 @@ def queue_of(session: Session, run_id: str, labeller_id: int, *, now: datetime) 
         run=run,
         asks_people=config.asks_people,
         total_steps=config.total_steps,
+        steps_between=getattr(config.feedback, "steps_between", 0),
         progress=feedback_progress(session, run),
         available=0 if run.archived else _available(session, run_id, labeller_id, now),
         place=queue_positions(session).get(run_id) if queued else None,

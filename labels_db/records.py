@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Select, delete, func, insert, select
+from sqlalchemy import Select, delete, insert, select
 from sqlalchemy.dialects.sqlite import insert as upsert
 from sqlalchemy.orm import Session
 
@@ -162,10 +162,10 @@ def _evaluations(run_id: str) -> Select[EvaluationResult]:
 def record_checkpoint(
     session: Session, claim: Claim, *, step: int, manifest_key: str, checksum: str
 ) -> Checkpoint:
-    """Keep a written checkpoint; one later than all before counts as progress."""
+    """Keep a written checkpoint, which counts as progress unless the attempt comes just where an earlier one died."""
     owned_run(session, claim)
-    last = session.scalar(select(func.max(Checkpoint.step)).where(Checkpoint.run_id == claim.run_id))
-    if last is None or step > last:
+    last = next(iter(checkpoints_of(session, claim.run_id)), None)
+    if last is None or step > last.step or last.attempt == claim.attempt:
         made_progress(session, claim)
     checkpoint = Checkpoint(
         run_id=claim.run_id,

@@ -112,8 +112,12 @@ def _on_their_way(queue: Queue, _now: datetime) -> MessageOut | None:
 
 
 def _no_more_sessions(queue: Queue, now: datetime) -> MessageOut | None:
-    """The last session was answered in part, or with 'cannot tell': the budget is not met and never will be."""
-    if queue.run.next_session_step is not None:
+    """The last session was answered in part, or with 'cannot tell': the budget is not met and never will be.
+
+    A run with steps enough for another session has been extended: its trainer will come to that.
+    """
+    extended = queue.total_steps - queue.run.step > queue.steps_between
+    if queue.run.next_session_step is not None or extended:
         return None
     given, budget = queue.progress.given, queue.progress.budget
     learns = f"No more pairs come: the run learns from {given} of {budget} answers."

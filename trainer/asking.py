@@ -90,10 +90,10 @@ class Asker:
         return False
 
     def drew_nothing(self) -> bool:
-        """Whether no pair of the session before the last could be drawn."""
+        """Whether no pair could be drawn of the two sessions before the last: one clip may fail by itself."""
         with self.database.read() as session:
-            found = find_session(session, self.claim.run_id, self.where.index - 2)
-        return found is not None and not found.asked
+            earlier = [find_session(session, self.claim.run_id, self.where.index - back) for back in (2, 3)]
+        return all(found is not None and not found.asked for found in earlier)
 
     def _step_over_empty_sessions(self) -> None:
         """Sessions of an earlier attempt of which nothing could be drawn: adopting one would ask nothing, for ever."""

@@ -111,6 +111,20 @@ def test_a_checkpoint_no_later_than_an_earlier_one_is_no_progress(database: Data
         assert (run.state, run.attempt) == (RunState.FAILED, claims.MAX_FRUITLESS_ATTEMPTS + 1)
 
 
+def test_an_attempts_second_checkpoint_at_a_step_is_progress(database: Database) -> None:
+    """Before a session and after its fit: whoever comes from the one to the other has got farther."""
+    with database.write() as session:
+        run = given.a_run(session)
+        for attempt in range(6):
+            owner = claims.claim(session, run, "s", now=NOW)
+            for moment in ("before the session", "after its fit"):
+                records.record_checkpoint(
+                    session, owner, step=500, manifest_key=f"{attempt} {moment}", checksum="c"
+                )
+            claims.attempt_died(session, owner, "killed by signal 9")
+        assert run.state is RunState.QUEUED
+
+
 def test_a_rewind_asks_no_more_of_a_later_session_than_was_posted(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)

@@ -226,6 +226,17 @@ def test_a_dead_process_is_interrupted_unless_it_had_given_the_run_up(database: 
         assert runs.get_run(session, "mill").state is RunState.FINISHED
 
 
+def test_a_trainer_that_has_waited_for_people_for_a_while_is_not_fruitless(database: Database) -> None:
+    with database.write() as session:
+        owner = given.a_claim(session)
+        waits = Report(RunState.WAITING, "waiting", 1, progress_at=NOW)
+        run = runs.get_run(session, "mill")
+        claims.beat(session, owner, waits, now=NOW + SECOND)
+        assert run.fruitless_attempts == 1
+        claims.beat(session, owner, waits, now=NOW + STALE_AFTER + SECOND)
+        assert run.fruitless_attempts == 0
+
+
 def test_a_run_extended_while_it_ends_goes_on(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)

@@ -34,6 +34,7 @@ def a_queue(*, place: int | None = None, asks_people: bool = True, progress: Any
         run=Run(**{**facts, **run}),
         asks_people=asks_people,
         total_steps=40_000,
+        steps_between=2000,
         progress=replace(PROGRESS, **(progress or {})),
         available=0,
         place=place,
@@ -44,6 +45,7 @@ def a_queue(*, place: int | None = None, asks_people: bool = True, progress: Any
 
 
 CASES = [
+    (a_queue(progress={"given": 48}), "training", "in a while"),
     (a_queue(archived=True), "archived", "This run is archived"),
     (a_queue(asks_people=False), "scripted", "scripted teacher"),
     (a_queue(state=RunState.FINISHED), "finished", "It learned from 10 of 50 answers."),
@@ -54,7 +56,7 @@ CASES = [
     (a_queue(progress={"given": 50}, state=RunState.PAUSED), "answered", "once the run goes on."),
     (a_queue(progress={"given": 50}, state=RunState.QUEUED), "answered", "once the run goes on."),
     (
-        a_queue(progress={"given": 48}),
+        a_queue(progress={"given": 48}, step=38_500),
         "answered",
         "No more pairs come: the run learns from 48 of 50 answers.",
     ),

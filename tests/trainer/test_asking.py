@@ -155,12 +155,22 @@ def test_a_session_of_which_nothing_could_be_drawn_is_stepped_over(lab: Lab) -> 
     assert sessions(lab) == [(0, FIRST, 0), (1, FIRST, 4)]
 
 
+def test_one_pair_that_cannot_be_drawn_does_not_silence_it(lab: Lab) -> None:
+    asking = feedback(lab, draws=False, feedback__kind="continuous", feedback__fresh_steps=500)
+    asking.before_step(FIRST)
+    asking.asker.desk.draws = True  # type: ignore[attr-defined]
+    for step in range(FIRST + 1, FIRST + 20):
+        asking.before_step(step)
+        answer_everything(lab.database)
+    assert sum(posted for _, _, posted in sessions(lab)) == 12  # the budget
+
+
 def test_where_nothing_can_be_drawn_it_is_tried_seldom(lab: Lab) -> None:
     asking = feedback(lab, draws=False, feedback__kind="continuous", feedback__fresh_steps=500)
     for step in range(FIRST, FIRST + 600):
         asking.before_step(step)
-    assert [step for _, step, _ in sessions(lab)] == [FIRST, FIRST + 1, FIRST + 501]
+    assert [step for _, step, _ in sessions(lab)] == [FIRST, FIRST + 1, FIRST + 2, FIRST + 502]
     with lab.database.read() as session:
-        last = find_session(session, RUN, 2)
+        last = find_session(session, RUN, 3)
         assert last is not None
         assert last.asked == 0

@@ -10,7 +10,7 @@ import { listenToKeys } from "./keys.js";
 import { labellerForm } from "./labeller.js";
 import { Labelling } from "./labelling.js";
 import { nod } from "./motion.js";
-import { Outbox, UNSENT, unsentAnywhere } from "./outbox.js";
+import { Outbox, UNSENT, unsentBesides } from "./outbox.js";
 import { Player } from "./player.js";
 import { Pace, progressText, unsentCount } from "./progress.js";
 import { PairQueue } from "./queue.js";
@@ -59,6 +59,13 @@ function sendWhatAnotherTabLeft() {
   queue.exclude(leasesOf(outbox.items));
   view.beginSaving();
   outbox.drain();
+}
+
+/** They were given under the present name; those of a run that is gone can be sent to nobody. */
+async function expectNothingUnsent(other) {
+  const error = await new Api(other).queue().then(() => null, (error) => error);
+  if (error instanceof Refusal && error.status === 404) localStorage.removeItem(UNSENT + other);
+  else throw new Error(`Answers in ${other} are not sent yet: open its labelling page first.`);
 }
 
 function leasesOf(items) {
@@ -175,7 +182,8 @@ speedSwitch(one("[data-speed]"), new Kept(localStorage, "pebble:rate", 1), (rate
 labellerForm(one("[data-labeller]"), {
   say: (text) => view.say(text),
   rename: async (name) => {
-    if (outbox.items.length || unsentAnywhere()) throw new Error("Your last answers are still being sent; try again in a moment.");
+    if (outbox.items.length) throw new Error("Your last answers are still being sent; try again in a moment.");
+    for (const other of unsentBesides(run)) await expectNothingUnsent(other);
     await api.beNamed(name);
     history.clear();
     named.set(name);

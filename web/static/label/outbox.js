@@ -6,9 +6,10 @@ import { Refusal, SignedOut } from "./api.js";
 /** Under this and the run's name the browser keeps what is unsent. */
 export const UNSENT = "pebble:outbox:";
 
-/** Whether any run's answers wait to be sent. */
-export function unsentAnywhere() {
-  return Object.keys(localStorage).some((key) => key.startsWith(UNSENT) && localStorage.getItem(key) !== "[]");
+/** The runs, but that one, whose answers wait to be sent. */
+export function unsentBesides(run) {
+  const waiting = Object.keys(localStorage).filter((key) => localStorage.getItem(key) !== "[]");
+  return waiting.filter((key) => key.startsWith(UNSENT) && key !== UNSENT + run).map((key) => key.slice(UNSENT.length));
 }
 
 const FIRST_RETRY_MS = 500;

@@ -31,7 +31,7 @@ export class PairQueue extends EventTarget {
 
   /** Leases that are answered already, by answers still to be sent. */
   exclude(leaseIds) {
-    for (const id of leaseIds) this.#gone.add(id);
+    for (const id of leaseIds) if (id !== null) this.#gone.add(id);
     if (this.#pairs.some((pair) => this.#gone.has(pair.leaseId))) this.drop((pair) => this.#gone.has(pair.leaseId));
   }
 
