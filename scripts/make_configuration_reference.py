@@ -106,7 +106,7 @@ def part_within(path: str, kinds: Mapping[str, type[Config]]) -> Iterator[str]:
             fields[field.path][kind] = field
     table = [HEAD]
     for setting, by_kind in fields.items():
-        first, only = next(iter(by_kind.values())), ", ".join(by_kind)
+        only, first = next(iter(by_kind.items()))
         whose = f" Only `{only}`." if len(by_kind) == 1 else ""
         table.append(f"| `{setting}` | {default(by_kind)} | {bounds(first)} | {first.description}{whose} |")
     yield "\n".join(table)

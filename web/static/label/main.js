@@ -61,11 +61,11 @@ function sendWhatAnotherTabLeft() {
   outbox.drain();
 }
 
-/** They were given under the present name; those of a run that is gone can be sent to nobody. */
+/** They were given under the present name. A run that is not here, perhaps of another data folder, holds nobody up. */
 async function expectNothingUnsent(other) {
   const error = await new Api(other).queue().then(() => null, (error) => error);
-  if (error instanceof Refusal && error.status === 404) localStorage.removeItem(UNSENT + other);
-  else throw new Error(`Answers in ${other} are not sent yet: open its labelling page first.`);
+  const isHere = !(error instanceof Refusal && error.status === 404);
+  if (isHere) throw new Error(`Answers in ${other} are not sent yet: open its labelling page first.`);
 }
 
 function leasesOf(items) {
