@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Self
 
 import numpy as np
+import pytest
 from sqlalchemy.orm import Session
 
 from labels_db.answers import answer_query, pressed_for
@@ -17,6 +18,7 @@ from labels_db.database import Database
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Choice, Lease, Pressed, Query, utc_now
 from labels_db.run_config import Oracle
+from trainer.posting import Asked, PeoplesDesk
 from trainer.teachers import judge
 
 Judge = Callable[[Query], Choice]
@@ -71,7 +73,7 @@ class Person:
 
 
 class LatePerson(Person):
-    """Answers the first pair only when a later session, posted in full, has superseded it; stops at the budget."""
+    """Answers the first pair only when a later session has superseded it; stops at the budget."""
 
     def __init__(self, database: Database, run_id: str, budget: int) -> None:
         super().__init__(database, run_id)
@@ -86,5 +88,23 @@ class LatePerson(Person):
         others = [lease for lease in lent if lease.id != self.kept]
         if len(others) < len(lent) or self.was_late:
             return super().next_of(session, others)
-        self.was_late = len(others) == 2
+        self.was_late = bool(others)
         return session.get_one(Lease, self.kept) if self.was_late else None
+
+
+def in_step(person: Person, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every session is posted before training goes on, and the person answers whenever training listens."""
+    ask, check = PeoplesDesk.ask, PeoplesDesk.check
+
+    def ask_and_see_it_posted(desk: PeoplesDesk, asked: Asked) -> None:
+        ask(desk, asked)
+        while not desk.has_posted(asked):
+            check(desk)
+            time.sleep(0.01)
+
+    def answer_and_check(desk: PeoplesDesk) -> None:
+        person.answer_one()
+        check(desk)
+
+    monkeypatch.setattr(PeoplesDesk, "ask", ask_and_see_it_posted)
+    monkeypatch.setattr(PeoplesDesk, "check", answer_and_check)

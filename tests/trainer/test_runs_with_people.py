@@ -14,7 +14,7 @@ from labels_db.records import fits_of
 from labels_db.run_config import RunConfig
 from labels_db.runs import get_run, resume_run, stop_run
 from tests.trainer.conftest import RUN, Lab, small_config
-from tests.trainer.people import LatePerson, Person
+from tests.trainer.people import LatePerson, Person, in_step
 from tests.trainer.whole_runs import die_after_checkpoints, kill_and_go_on
 from trainer.posting import PeoplesDesk
 from trainer.replay import replay
@@ -70,12 +70,15 @@ def test_a_run_with_a_person_goes_on_after_a_kill_without_losing_an_answer(lab: 
 
 
 @pytest.mark.timeout(120)
-def test_a_late_answer_leaves_no_query_that_training_waits_for(lab: Lab) -> None:
+def test_a_late_answer_leaves_no_query_that_training_waits_for(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Session 1 asks 4; 3 are answered in time and 1 after session 2 asked for the 2 left: 1 is too many."""
-    settings = {"feedback__budget": 5, "feedback__patience_steps": 200, "total_steps": 1500}
-    lab.request(people_config(feedback__pace="stream", evaluation__every=1500, **settings))
-    with LatePerson(lab.database, RUN, budget=5) as person:
-        assert lab.live() is RunState.FINISHED
+    settings = {"feedback__budget": 5, "feedback__patience_steps": 200, "total_steps": 900}
+    lab.request(people_config(feedback__pace="stream", **settings))
+    person = LatePerson(lab.database, RUN, budget=5)
+    in_step(person, monkeypatch)
+    assert lab.live() is RunState.FINISHED
     assert person.was_late
     with lab.database.read() as session:
         reasons = Counter(query.closed_reason for query in session.scalars(select(Query)))
