@@ -9,6 +9,10 @@ class NotFoundError(RecordError):
     """No such row."""
 
 
+class ChoiceError(RecordError):
+    """What was chosen is not among what there is to choose from; the message names that."""
+
+
 class ConflictError(RecordError):
     """The row's present state does not allow it."""
 

@@ -19,7 +19,7 @@ from labels_db.overrides import with_settings
 from labels_db.presets import preset_named
 from labels_db.run_config import RunConfig
 from labels_db.run_config.base import Config
-from labels_db.runs import id_part, request_run, resume_run, stop_run
+from labels_db.runs import config_of, id_part, request_run, resume_run, stop_run
 
 Settings = dict[str, str | int | float | bool]
 
@@ -191,7 +191,7 @@ def _requested(session: Session, planned: PlannedRun) -> Run:
             experiment=planned.experiment.name,
             method=planned.compared.name,
         )
-    if RunConfig.model_validate(found.config) != planned.config:
+    if config_of(found) != planned.config:
         raise ConflictError(
             f"run {found.id!r}: is there already, with other settings; give the experiment another name"
         )

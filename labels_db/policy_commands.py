@@ -38,7 +38,8 @@ def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **
 def video_missing(session: Session, run: Run) -> bool:
     """Whether the policy of the run's last checkpoint could be seen and has not been drawn yet."""
     saved = checkpoints_of(session, run.id)
-    if not saved or not config_of(run).catalogue_entry.can_be_drawn:
+    config = config_of(run)
+    if not saved or not config.environment.is_known or not config.catalogue_entry.can_be_drawn:
         return False
     found = evaluation_at(session, run.id, saved[0].step)
     return found is None or found.video_key is None

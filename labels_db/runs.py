@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import secrets
 
 from sqlalchemy.orm import Session
@@ -10,7 +11,7 @@ from labels_db.errors import ConflictError, NotFoundError
 from labels_db.models import ALIVE, Desired, Event, GoalCard, Run, RunState, utc_now
 from labels_db.numbers import number
 from labels_db.overrides import with_settings
-from labels_db.run_config import RunConfig
+from labels_db.run_config import RECORDED, RunConfig
 
 
 def get_run(session: Session, run_id: str) -> Run:
@@ -22,8 +23,8 @@ def get_run(session: Session, run_id: str) -> Run:
 
 
 def id_part(name: str) -> str:
-    """A preset's name as part of a run's id, which stands in addresses and files' names: those have no colons."""
-    return name.replace(":", "-")
+    """A preset's name as part of a run's id, which is one part of addresses and of files' names."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", name)
 
 
 def request_run(
@@ -57,8 +58,8 @@ def request_run(
 
 
 def config_of(run: Run) -> RunConfig:
-    """What the run was asked to be, with its extensions."""
-    return RunConfig.model_validate(run.config)
+    """What the run was asked to be, with its extensions, whether or not its environment is still known."""
+    return RunConfig.model_validate(run.config, context=RECORDED)
 
 
 def note(session: Session, run: Run, text: str) -> None:

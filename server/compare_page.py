@@ -12,6 +12,7 @@ from fastapi import APIRouter, Query, Request
 from starlette.responses import Response
 
 from labels_db.config_differences import config_differences
+from labels_db.errors import ChoiceError
 from labels_db.evaluation_curves import RETURN, evaluated_at, last_evaluations, measures_in, value_of
 from labels_db.models import EvaluationResult, utc_now
 from labels_db.overview import chosen_overviews
@@ -63,9 +64,9 @@ def page(request: Request, services: ServicesDep, run: ChosenRuns, measure: str 
 def _chosen(run: Sequence[str]) -> list[str]:
     run_ids = list(dict.fromkeys(run))
     if len(run_ids) < 2:
-        raise ValueError("Choose at least two runs to compare.")
+        raise ChoiceError("Choose at least two runs to compare.")
     if len(run_ids) > MOST:
-        raise ValueError(f"Choose at most {MOST} runs to compare, not {len(run_ids)}.")
+        raise ChoiceError(f"Choose at most {MOST} runs to compare, not {len(run_ids)}.")
     return run_ids
 
 

@@ -11,7 +11,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from labels_db.errors import ConflictError, NotFoundError
+from labels_db.errors import ChoiceError, ConflictError, NotFoundError
 from labels_db.overrides import SettingError
 from labels_db.storage import ArtifactError
 from server.security import HEADERS
@@ -63,7 +63,8 @@ def install(app: FastAPI) -> None:
     app.exception_handler(NotFoundError)(_of(404))
     app.exception_handler(ArtifactError)(_of(404))
     app.exception_handler(ConflictError)(_of(409))
-    app.exception_handler(ValueError)(_value)
+    app.exception_handler(ChoiceError)(_of(422))
+    app.exception_handler(SettingError)(_setting)
     app.exception_handler(HTTPException)(_http)
     app.exception_handler(RequestValidationError)(_request)
     app.exception_handler(Exception)(_unexpected)
@@ -76,10 +77,9 @@ def _of(status: int) -> Callable[[Request, Exception], Response]:
     return handler
 
 
-def _value(request: Request, error: Exception) -> Response:
-    if isinstance(error, SettingError):
-        return complain(request, 422, error.message, field=error.path)
-    return complain(request, 422, str(error))
+def _setting(request: Request, error: Exception) -> Response:
+    assert isinstance(error, SettingError)
+    return complain(request, 422, error.message, field=error.path)
 
 
 def _http(request: Request, error: Exception) -> Response:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from itertools import product
 
+from labels_db.errors import ChoiceError
 from labels_db.experiment_overview import ExperimentOverview, ExperimentSummary, Result, Standing
 from labels_db.numbers import number
 from labels_db.presets import preset_named
@@ -110,7 +111,7 @@ def runs_of(shown: ExperimentOverview, measure: str, now: datetime) -> list[Expe
 
 
 def known_measure(measure: str, measures: Sequence[str]) -> str:
-    """The measure asked for; ValueError names the ones there are."""
+    """The measure asked for; ChoiceError names the ones there are."""
     if measure not in measures:
-        raise ValueError(f"measure {measure!r}: not measured here; one of {', '.join(measures)}")
+        raise ChoiceError(f"measure {measure!r}: not measured here; one of {', '.join(measures)}")
     return measure

@@ -5,7 +5,7 @@ table. Field descriptions and bounds are the form of the dashboard and the refer
 """
 
 from labels_db.run_config.agents import PPO, SAC, AgentConfig
-from labels_db.run_config.base import Config
+from labels_db.run_config.base import RECORDED, Config
 from labels_db.run_config.environments import (
     Behaviour,
     DMControl,
@@ -43,6 +43,7 @@ from labels_db.run_config.teachers import (
 
 __all__ = [
     "PPO",
+    "RECORDED",
     "SAC",
     "AgentConfig",
     "Asking",

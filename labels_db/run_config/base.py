@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo
 
 
 class Config(BaseModel):
     """A frozen value that refuses keys it does not know."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+RECORDED = {"recorded": True}
+"""Validation context of a configuration in the record: valid when it was asked for; its environment may be gone."""
+
+
+def is_recorded(info: ValidationInfo) -> bool:
+    return info.context == RECORDED
 
 
 def primary(**constraints: Any) -> Any:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from labels_db.catalogue import entry
-from labels_db.run_config.base import Config
+from labels_db.catalogue import catalogue, entry
+from labels_db.run_config.base import Config, is_recorded
 
 ActionRepeat = Annotated[
     int, Field(ge=1, le=16, description="Control steps that each action is held for; 1 in the paper.")
@@ -21,8 +21,9 @@ class InCatalogue(Config):
 
     @field_validator("task", "behaviour", "id", "environment", check_fields=False)
     @classmethod
-    def _is_known(cls, what: str) -> str:
-        entry(f"{cls.model_fields['kind'].default}:{what}")
+    def _is_known(cls, what: str, info: ValidationInfo) -> str:
+        if not is_recorded(info):
+            entry(f"{cls.model_fields['kind'].default}:{what}")
         return what
 
     @property
@@ -30,6 +31,11 @@ class InCatalogue(Config):
         """As in `dmc:walker-walk`."""
         kind = type(self).model_fields["kind"].default
         return f"{kind}:{getattr(self, self.what)}"
+
+    @property
+    def is_known(self) -> bool:
+        """False where the catalogue has lost it since it was recorded."""
+        return self.name in catalogue()
 
 
 class DMControl(InCatalogue):
@@ -79,9 +85,9 @@ class InstalledEnvironment(InCatalogue):
 
     @field_validator("environment")
     @classmethod
-    def _is_known(cls, what: str) -> str:
+    def _is_known(cls, what: str, info: ValidationInfo) -> str:
         """None is named to begin with: there may be none installed."""
-        return super()._is_known(what) if what else what
+        return super()._is_known(what, info) if what else what
 
 
 EnvironmentConfig = Annotated[

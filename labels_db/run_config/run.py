@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from labels_db.catalogue import CatalogueEntry, entry
 from labels_db.run_config.agents import PPO, SAC, AgentConfig
-from labels_db.run_config.base import Config, primary
+from labels_db.run_config.base import Config, is_recorded, primary
 from labels_db.run_config.environments import DMControl, EnvironmentConfig
 from labels_db.run_config.exploration import ExplorationConfig, StateEntropy
 from labels_db.run_config.feedback import Asking, FeedbackConfig, NoFeedback, Sessions
 from labels_db.run_config.rewards import LearnedReward, RewardConfig
 from labels_db.run_config.teachers import Human
+
+GONE = (
+    "{name} is not among the environments here any more, so the run cannot go on and its policy cannot be seen."
+    " `pebble environments --add {name}` brings it back where its package is installed."
+)
 
 
 class Evaluation(Config):
@@ -66,7 +71,7 @@ class RunConfig(Config):
     threads: int = Field(1, ge=1, le=256, description="Threads of the trainer's arithmetic on the CPU.")
 
     @model_validator(mode="after")
-    def _parts_fit(self) -> RunConfig:
+    def _parts_fit(self, info: ValidationInfo) -> RunConfig:
         learned, asks = self.reward.kind == "learned", self.feedback.kind != "none"
         if learned and not asks:
             raise ValueError(
@@ -84,14 +89,15 @@ class RunConfig(Config):
                 f"exploration ends at step {self.exploration.ends_at}, so total_steps must be larger,"
                 f" not {self.total_steps}"
             )
-        self._segments_fit(self.catalogue_entry)
-        if self.asks_people and not self.catalogue_entry.can_be_drawn:
+        if not is_recorded(info):
+            self._environment_fits(self.catalogue_entry)
+        return self
+
+    def _environment_fits(self, entry: CatalogueEntry) -> None:
+        if self.asks_people and not entry.can_be_drawn:
             raise ValueError(
                 f"feedback.teacher.kind 'human': {self.environment.name} cannot be drawn, so ask a scripted teacher"
             )
-        return self
-
-    def _segments_fit(self, entry: CatalogueEntry) -> None:
         episode_steps = -(-entry.episode_steps // self.environment.action_repeat)
         if not isinstance(self.feedback, NoFeedback) and self.segment_steps > episode_steps:
             raise ValueError(
@@ -101,12 +107,14 @@ class RunConfig(Config):
 
     @property
     def catalogue_entry(self) -> CatalogueEntry:
-        """What is known of the environment without a simulator."""
+        """What is known of the environment without a simulator; ValueError where it is gone since."""
         return entry(self.environment.name)
 
     @property
     def caveats(self) -> list[str]:
-        """What is questionable about learning from preferences here."""
+        """What is questionable about learning from preferences here, or that the environment is gone."""
+        if not self.environment.is_known:
+            return [GONE.format(name=self.environment.name)]
         return [] if isinstance(self.feedback, NoFeedback) else self.catalogue_entry.caveats
 
     @property
