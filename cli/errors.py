@@ -17,6 +17,7 @@ MENDABLE = {
     "SettingError",
     "ArtifactError",
     "CheckpointError",
+    "EvaluationError",
     "ExperimentError",
     "ExportError",
     "PortTakenError",

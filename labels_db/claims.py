@@ -119,14 +119,14 @@ def interrupt_stale(session: Session, *, now: datetime, living: Collection[str] 
     Runs whose process is known to be `living` get longer: the machine may just have slept.
     """
     silent = select(Run).where(Run.state.in_(ALIVE), Run.heartbeat_at < now - STALE_AFTER)
-    stale = [run for run in session.scalars(silent) if _is_stale(run, now, run.id in living)]
+    stale = [run for run in session.scalars(silent) if is_silent(run, now, living=run.id in living)]
     return [interrupt_run(session, run, "The trainer stopped answering.") for run in stale]
 
 
-def _is_stale(run: Run, now: datetime, living: bool) -> bool:
-    """A starting trainer beats only once its libraries are loaded, which takes a slow disk a while."""
+def is_silent(run: Run, now: datetime, *, living: bool = False) -> bool:
+    """Whether a trainer should be answering but is not; a starting one first loads its libraries, at times slowly."""
     patience = HUNG_AFTER if living or run.state is RunState.STARTING else STALE_AFTER
-    return run.heartbeat_at is not None and run.heartbeat_at < now - patience
+    return run.state in ALIVE and run.heartbeat_at is not None and run.heartbeat_at < now - patience
 
 
 def interrupt_run(session: Session, run: Run, reason: str) -> str:

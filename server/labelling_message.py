@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from datetime import datetime
 
-from labels_db.claims import STALE_AFTER
+from labels_db.claims import is_silent
 from labels_db.labelling import Queue
-from labels_db.models import ALIVE, Desired, RunState
+from labels_db.models import Desired, RunState
 from labels_db.numbers import number
 from server.labelling_models import MessageKind, MessageOut
 from server.words import duration
@@ -91,7 +91,7 @@ def _held_up(queue: Queue, now: datetime) -> MessageOut | None:
         return _say("paused", f"Paused at step {number(run.step)}. Pairs come again once the run is resumed.")
     if run.desired is Desired.STOP:
         return _say("stopped", f"The run is stopping at step {number(run.step)}.", KEPT)
-    if run.state in ALIVE and run.heartbeat_at and now - run.heartbeat_at > STALE_AFTER:
+    if is_silent(run, now) and run.heartbeat_at is not None:
         silence = duration((now - run.heartbeat_at).total_seconds())
         return _say("silent", f"The trainer has been silent for {silence}; it will be started again.", KEPT)
     return None

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
+from labels_db.claims import is_silent
 from labels_db.models import ALIVE, ENDED, Desired, Run, RunState
 from labels_db.overview import RunOverview
-from server.sentences import is_silent, state_sentence
+from server.sentences import state_sentence
 
 Action = Literal["pause", "resume", "stop", "extend"]
 Tone = Literal["going", "wanting", "resting", "done", "wrong"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 
-from labels_db.claims import STALE_AFTER
+from labels_db.claims import is_silent
 from labels_db.history import OpenQuery
-from labels_db.models import ALIVE, Desired, Run, RunState
+from labels_db.models import ALIVE, Desired, RunState
 from labels_db.numbers import number
 from labels_db.overview import RunOverview
 from server.words import duration, plural
@@ -26,12 +26,6 @@ def state_sentence(seen: RunOverview, now: datetime) -> str:
     if run.state in ALIVE and run.state is not RunState.PAUSED and run.desired is Desired.PAUSE:
         return f"Pausing at step {number(run.step)}."
     return _STATES[run.state](seen)
-
-
-def is_silent(run: Run, now: datetime) -> bool:
-    """Whether a trainer should be answering but is not."""
-    beat = run.heartbeat_at
-    return run.state in ALIVE and beat is not None and now - beat > STALE_AFTER
 
 
 def _queued(seen: RunOverview) -> str:

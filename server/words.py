@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from typing import Any
@@ -63,7 +64,7 @@ def percent(share: float | None) -> str:
 def measure(value: object) -> str:
     """What an evaluation measured: a count whole, another number with a decimal, anything else as it is."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return decimal(value, 0 if value == int(value) else 1)
+        return decimal(value, 0 if math.isfinite(value) and value == int(value) else 1)
     return str(value)
 
 

@@ -146,21 +146,24 @@ class Checkpoints:
     # Forgetting ----------------------------------------------------------------------------------
 
     def _prune(self, keep: int) -> None:
-        """Drop older checkpoints and the files that only they needed; rows first, then files."""
+        """Drop older checkpoints and the files that only they needed; rows first, then files.
+
+        Files are listed before the record is asked whose the run is: what a later attempt writes is not among them.
+        """
+        present = list(self.store.keys(self.folder))
         with self.database.write() as session:
             found = checkpoints_of(session, self.claim.run_id)
             forget_checkpoints(session, self.claim, [checkpoint.id for checkpoint in found[keep:]])
         if len(found) > keep:
-            self._sweep(found[:keep])
+            self._sweep(present, found[:keep])
 
-    def _sweep(self, kept: Sequence[Checkpoint]) -> None:
-        """Delete every file that no kept checkpoint needs; a damaged one is passed over."""
+    def _sweep(self, present: Sequence[str], kept: Sequence[Checkpoint]) -> None:
+        """Delete every file present that no kept checkpoint needs; a damaged one is passed over."""
         needed = {checkpoint.manifest_key for checkpoint in kept}
         for checkpoint in kept:
             needed |= keys_of(self._manifest(checkpoint) or EMPTY)
-        for key in list(self.store.keys(self.folder)):
-            if key not in needed:
-                self.store.delete(key)
+        for key in set(present) - needed:
+            self.store.delete(key)
 
 
 def keys_of(manifest: dict[str, Any]) -> set[str]:

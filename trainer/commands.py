@@ -22,10 +22,10 @@ from labels_db.records import evaluation_at
 from labels_db.storage import ArtifactError, ArtifactStore
 from trainer.checkpoints import CheckpointError
 from trainer.environments import make_environment
-from trainer.evaluation import evaluate, mean_measures
+from trainer.evaluation import EvaluationError, evaluate, mean_measures, returns_of
 from trainer.export import ExportError, export_policy
 from trainer.policy import TrainedPolicy, load_policy
-from trainer.rendering import Renderer, RenderingError
+from trainer.rendering import VIDEO_SECONDS, Renderer, RenderingError, drawn
 
 log = structlog.get_logger()
 
@@ -34,7 +34,7 @@ def evaluation_of(policy: TrainedPolicy, episodes: int, seed: int) -> dict[str, 
     """Mean true return and measures of the policy over fresh episodes."""
     environment = make_environment(policy.config.environment)
     lived = evaluate(policy, environment, seed=seed, episodes=episodes)
-    returns = [episode.true_return for episode in lived]
+    returns = returns_of(lived)
     return {
         "environment": policy.config.environment.name,
         "step": policy.step,
@@ -64,17 +64,18 @@ def _video(command: Command, policy: TrainedPolicy, record: Record) -> dict[str,
         evaluated = evaluation_at(session, command.run_id, policy.step) is not None
     episodes = 1 if evaluated else config.evaluation.episodes
     lived = evaluate(policy, environment, seed=config.seed, episodes=episodes)
+    returns = returns_of(lived)
     key = f"runs/{command.run_id}/videos/c{command.id}-{policy.step}.mp4"
     with Renderer(config.environment, config.clips) as renderer:
         video = renderer.video(lived[0].seed, lived[0].states, environment.control_step)
-        record.store.write(key, video.result())
+        record.store.write(key, drawn(video, VIDEO_SECONDS))
     try:
         with record.database.write() as session:
             keep_video(
                 session,
                 command.run_id,
                 step=policy.step,
-                returns=[episode.true_return for episode in lived],
+                returns=returns,
                 measures=mean_measures(lived),
                 video_key=key,
             )
@@ -105,7 +106,14 @@ def do(command: Command, database: Database, store: ArtifactStore) -> dict[str, 
         return DOERS[command.kind](
             command, load_policy(database, store, command.run_id), Record(database, store)
         )
-    except (ArtifactError, CheckpointError, ExportError, RecordError, RenderingError) as error:
+    except (
+        ArtifactError,
+        CheckpointError,
+        EvaluationError,
+        ExportError,
+        RecordError,
+        RenderingError,
+    ) as error:
         return {"error": str(error)}
     except Exception as error:  # the asker must hear of it, whatever it is
         log.exception("command failed", kind=command.kind, run=command.run_id)

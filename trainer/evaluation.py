@@ -54,6 +54,18 @@ def evaluate(
     return [evaluate_episode(policy, environment, episode, between_steps) for episode in seeds]
 
 
+class EvaluationError(ValueError):
+    """An evaluation measured nothing that can be kept."""
+
+
+def returns_of(episodes: Sequence[EvaluatedEpisode]) -> list[float]:
+    """The true returns; EvaluationError where one is no number, as a foreign environment's may be."""
+    returns = [episode.true_return for episode in episodes]
+    if not np.isfinite(returns).all():
+        raise EvaluationError(f"returns {returns}: the environment's reward is no finite number")
+    return returns
+
+
 def mean_measures(episodes: Sequence[EvaluatedEpisode]) -> dict[str, float]:
     """Each of the task's measures, averaged over episodes."""
     return {name: float(np.mean([e.measures[name] for e in episodes])) for name in episodes[0].measures}

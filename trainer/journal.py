@@ -11,10 +11,11 @@ import structlog
 from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.errors import RecordError
+from labels_db.numbers import number
 from labels_db.records import FitReport, attach_video, record_evaluation, record_fit
 from labels_db.runs import get_run, note
 from labels_db.storage import ArtifactStore
-from trainer.evaluation import EvaluatedEpisode, mean_measures
+from trainer.evaluation import EvaluatedEpisode, EvaluationError, mean_measures, returns_of
 
 log = structlog.get_logger()
 
@@ -74,12 +75,18 @@ class RecordJournal:
             )
 
     def evaluation(self, step: int, episodes: Sequence[EvaluatedEpisode]) -> None:
+        """A return that is no number is said, not kept: a run on a learned reward goes on without it."""
+        try:
+            returns = returns_of(episodes)
+        except EvaluationError as error:
+            self.note(f"The evaluation at step {number(step)} is left out: {error}.")
+            return
         with self.database.write() as session:
             record_evaluation(
                 session,
                 self.claim,
                 step=step,
-                returns=[episode.true_return for episode in episodes],
+                returns=returns,
                 measures=mean_measures(episodes),
                 video_key=None,
             )

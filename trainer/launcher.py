@@ -19,6 +19,9 @@ class Handle(Protocol):
     def terminate(self) -> None:
         """Ask it to write a checkpoint and go."""
 
+    def kill(self) -> None:
+        """End it at once; its run goes on from its last checkpoint."""
+
     def wait(self, timeout: float | None = None) -> int:
         """Wait for its end."""
 

@@ -20,11 +20,13 @@ from labels_db.models import FeedbackSession, QueryState, utc_now
 from labels_db.runs import get_run, note
 from trainer.query_selection import Chosen
 from trainer.rendering import (
+    CLIP_SECONDS,
     EncodedClip,
     Renderer,
     RenderingError,
     RenderingLost,
     RenderingUnavailable,
+    drawn,
 )
 from trainer.segments import SegmentData
 from trainer.shelf import Shelf
@@ -33,9 +35,6 @@ from trainer.teachers import ScriptedTeacher, answer_all
 log = structlog.get_logger()
 
 Clips = tuple[Future[EncodedClip], Future[EncodedClip]]
-
-DRAWING_SECONDS = 120
-"""Longer than any clip takes: an OpenGL driver that hangs must not hang the run."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +184,7 @@ class PeoplesDesk:
     def _post_drawn(self, asked: Asked, index: int, clips: Clips) -> bool:
         """Post the query once its clips are drawn; False when one of them cannot be."""
         try:
-            first, second = (clip.result(timeout=DRAWING_SECONDS) for clip in clips)
+            first, second = (drawn(clip, CLIP_SECONDS) for clip in clips)
         except (RenderingLost, RenderingUnavailable):
             raise
         except RenderingError as error:

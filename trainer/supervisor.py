@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from dataclasses import dataclass, field
 
 import structlog
@@ -37,6 +38,18 @@ def default_parallel_runs() -> int:
     return max(1, available_cores() // 2)
 
 
+@dataclass(frozen=True)
+class Doing:
+    """A command and the process that does it."""
+
+    command_id: int
+    process: subprocess.Popen[bytes]
+    began: float = field(default_factory=time.monotonic)
+
+    def hangs(self) -> bool:
+        return time.monotonic() - self.began > commands.GIVEN_UP_AFTER.total_seconds()
+
+
 @dataclass
 class Supervisor:
     """Looks after the runs of one installation until `leave` is set."""
@@ -49,8 +62,7 @@ class Supervisor:
     experiment: str | None = None
     """Whose runs alone are claimed, if any."""
     children: dict[Claim, Handle] = field(default_factory=dict)
-    command: subprocess.Popen[bytes] | None = None
-    command_id: int | None = None
+    doing: Doing | None = None
 
     @property
     def name(self) -> str:
@@ -59,17 +71,25 @@ class Supervisor:
     def watch(self) -> None:
         """Look, act, rest; when told to leave, let every run write its checkpoint."""
         while not self.leave.wait(LOOK_SECONDS):
+            self.data.heartbeat_path.touch()
             self.look()
         self.end_children()
 
     def look(self) -> None:
         """Everything that is due now."""
-        self.data.heartbeat_path.touch()
         self.reap()
-        with self.database.write() as session:
-            interrupt_stale(session, now=utc_now(), living={claim.run_id for claim in self.children})
+        self.end_hung()
         self.start_queued()
         self.start_command()
+
+    def end_hung(self) -> None:
+        """Runs that have fallen silent are queued again; a process of ours that hangs must not stay beside the next."""
+        with self.database.write() as session:
+            silent = interrupt_stale(session, now=utc_now(), living={claim.run_id for claim in self.children})
+        for claim, child in self.children.items():
+            if claim.run_id in silent:
+                log.warning("killing", run=claim.run_id, attempt=claim.attempt)
+                child.kill()
 
     def start_queued(self) -> None:
         while (claim := self._claim()) is not None:
@@ -105,24 +125,28 @@ class Supervisor:
 
     def start_command(self) -> None:
         """One command at a time, in a process of its own."""
-        if self.command is not None and not self._command_has_ended(self.command):
+        if self.doing is not None and not self._is_over(self.doing):
             return
         with self.database.write() as session:
             taken = commands.take_of_ended_runs(session, POLICY_COMMANDS)
-            self.command_id = None if taken is None else taken.id
-        if self.command_id is not None:
-            arguments = [sys.executable, "-m", "trainer.commands", str(self.command_id), str(self.data.path)]
-            arguments += [self.data.artifacts_url] if self.data.artifacts_url else []
-            self.command = subprocess.Popen(arguments, stdin=subprocess.DEVNULL)
+            command_id = None if taken is None else taken.id
+        self.doing = None if command_id is None else self._do(command_id)
 
-    def _command_has_ended(self, process: subprocess.Popen[bytes]) -> bool:
-        """Whoever asked hears of a process that died over the command, too."""
-        status = process.poll()
-        if status is not None and self.command_id is not None:
-            with self.database.write() as session:
-                commands.give_up(session, self.command_id, f"Its process {_how_it_ended(status)}.")
-            self.command_id = None
-        return status is not None
+    def _do(self, command_id: int) -> Doing:
+        arguments = [sys.executable, "-m", "trainer.commands", str(command_id), str(self.data.path)]
+        arguments += [self.data.artifacts_url] if self.data.artifacts_url else []
+        return Doing(command_id, subprocess.Popen(arguments, stdin=subprocess.DEVNULL))
+
+    def _is_over(self, doing: Doing) -> bool:
+        """Whoever asked hears of a process that died over the command, or was killed for hanging, too."""
+        if doing.hangs():
+            doing.process.kill()
+            doing.process.wait()
+        if (status := doing.process.poll()) is None:
+            return False
+        with self.database.write() as session:
+            commands.give_up(session, doing.command_id, f"Its process {_how_it_ended(status)}.")
+        return True
 
     def end_children(self) -> None:
         """Ask every run to write its checkpoint and go; whoever does not in time goes on by itself."""

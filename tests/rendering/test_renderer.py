@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future
 
 import av
 import numpy as np
@@ -25,6 +26,7 @@ from trainer.rendering import (
     RenderingLost,
     RenderingUnavailable,
     check_rendering,
+    drawn,
     verify_clip,
 )
 from trainer.rendering.renderer import MAX_RESTARTS
@@ -290,3 +292,8 @@ def test_importing_loads_no_opengl() -> None:
 def test_clips_compare_by_value() -> None:
     clip = EncodedClip(b"", 1, 1, 1, 2, 2, 0.1, (0.0,))
     assert clip == EncodedClip(b"", 1, 1, 1, 2, 2, 0.1, (0.0,))
+
+
+def test_a_driver_that_hangs_is_named_to_who_waits() -> None:
+    with pytest.raises(RenderingLost, match=r"nothing was drawn within 0 s; `pebble doctor`"):
+        drawn(Future(), 0.01)

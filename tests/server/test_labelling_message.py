@@ -69,6 +69,7 @@ CASES = [
     (a_queue(desired=Desired.PAUSE), "paused", "Paused at step"),
     (a_queue(desired=Desired.STOP), "stopped", "is stopping"),
     (a_queue(heartbeat_at=NOW - timedelta(seconds=40)), "silent", "silent for 40 s"),
+    (a_queue(state=RunState.STARTING, heartbeat_at=NOW - timedelta(seconds=40)), "starting", "is starting"),
     (a_queue(progress={"rendering": 3}), "rendering", "3 pairs are being drawn"),
     (a_queue(progress={"open": 1}), "others", "The last pair is with other labellers"),
     (a_queue(state=RunState.WAITING, wanted_answers=6), "waiting", "waits for 6 answers"),

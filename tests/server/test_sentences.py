@@ -79,6 +79,11 @@ def test_a_silent_trainer_is_named(saying: Saying) -> None:
     assert view(seen, utc_now()).tone == "wrong"
 
 
+def test_a_trainer_that_loads_its_libraries_is_not_called_dead(saying: Saying) -> None:
+    seen = saying(state=RunState.STARTING, heartbeat_at=utc_now() - timedelta(seconds=60))
+    assert state_sentence(seen, utc_now()).startswith("Starting")
+
+
 def test_places_in_the_queue(site: Site) -> None:
     with site.database.write() as session:
         runs = [demo.queued(session, "walker-walk") for _ in range(12)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import timedelta
 
 import pytest
@@ -51,7 +52,16 @@ def test_plurals() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "text"), [(20, "20"), (20.0, "20"), (1.25, "1.2"), (True, "True"), ("x", "x")]
+    ("value", "text"),
+    [
+        (20, "20"),
+        (20.0, "20"),
+        (1.25, "1.2"),
+        (math.inf, "inf"),
+        (math.nan, "nan"),
+        (True, "True"),
+        ("x", "x"),
+    ],
 )
 def test_measures(value: object, text: str) -> None:
     assert words.measure(value) == text

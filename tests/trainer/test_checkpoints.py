@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labels_db.records import checkpoints_of
+from labels_db.models import RunState
+from labels_db.records import checkpoints_of, forget_checkpoints
 from labels_db.storage import ArtifactStore
 from tests.trainer.conftest import RUN, Lab, small_config
 from trainer import buffer_chunks
@@ -117,6 +119,21 @@ def test_old_checkpoints_go_with_what_only_they_needed(lab: Lab) -> None:
     assert set(lab.store.keys(f"runs/{RUN}/checkpoints")) == needed
 
 
+def test_what_a_later_attempt_has_written_is_not_swept(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An attempt that was suspended after the record said that the run was its own."""
+    written: list[str] = []
+
+    def forget_and_sleep(*arguments: Any) -> None:
+        forget_checkpoints(*arguments)
+        written.append(f"runs/{RUN}/checkpoints/of-the-next-{len(written)}")
+        lab.store.write(written[-1], b"new")
+
+    monkeypatch.setattr("trainer.checkpoints.forget_checkpoints", forget_and_sleep)
+    lab.request(small_config())
+    assert lab.live() is RunState.FINISHED
+    assert lab.store.exists(written[-1])
+
+
 def test_a_finished_run_keeps_its_networks_and_drops_its_rows(lab: Lab) -> None:
     lab.request(small_config())
     lab.live()
@@ -130,14 +147,14 @@ def test_a_damaged_checkpoint_falls_back_to_the_one_before(lab: Lab) -> None:
     with lab.database.read() as session:
         last, before = checkpoints_of(session, RUN)[:2]
     claim = type("Any", (), {"run_id": RUN, "attempt": 1})()
-    checkpoints = Checkpoints(lab.database, lab.store, claim, 1)
-    manifest = checkpoints.latest()
+    saved = Checkpoints(lab.database, lab.store, claim, 1)
+    manifest = saved.latest()
     assert manifest is not None
     assert manifest["step"] == last.step
     lab.store.write(last.manifest_key, b"torn")
-    manifest = checkpoints.latest()
+    manifest = saved.latest()
     assert manifest is not None
     assert manifest["step"] == before.step
     lab.store.delete(before.manifest_key)
     with pytest.raises(CheckpointError, match="none of its 2 checkpoints"):
-        checkpoints.latest()
+        saved.latest()

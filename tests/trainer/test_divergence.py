@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,16 @@ import pytest
 import torch
 from sqlalchemy import select
 
-from labels_db.models import Checkpoint, RunState
+from labels_db.models import Checkpoint, Event, RunState
+from labels_db.records import evaluations_of
 from labels_db.run_config import RunConfig
 from labels_db.runs import get_run
 from tests.trainer.conftest import RUN, Lab, small_config
 from tests.trainer.test_combinations import of_method
+from trainer import evaluation
 from trainer.agents.ppo import PPOLosses
 from trainer.divergence import DivergedError, divergence, refuse_diverged_losses
+from trainer.evaluation import EvaluatedEpisode
 from trainer.training import Training
 from trainer.upkeep import RecordedUpkeep
 
@@ -124,3 +128,20 @@ def test_the_greatest_number_is_a_number(lab: Lab, monkeypatch: pytest.MonkeyPat
     with pytest.raises(KeyboardInterrupt):
         spoilt(lab, small_config(**TRUE), spoil, monkeypatch)
     assert found == [None]
+
+
+def test_returns_that_are_no_numbers_are_said_and_a_learned_reward_goes_on(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lived = evaluation.evaluate_episode
+
+    def of_no_return(*arguments: Any) -> EvaluatedEpisode:
+        return replace(lived(*arguments), true_return=math.nan)
+
+    monkeypatch.setattr(evaluation, "evaluate_episode", of_no_return)
+    lab.request(small_config())
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        assert evaluations_of(session, RUN) == []
+        said = session.scalars(select(Event.text)).all()
+    assert any("The evaluation at step 900 is left out: returns [nan" in text for text in said)

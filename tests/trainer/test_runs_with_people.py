@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from concurrent.futures import Future
 from typing import Any
 
 import pytest
 from sqlalchemy import select
 
-from labels_db.models import Answer, Choice, Desired, Query, RunState
+from labels_db.models import Answer, Choice, Desired, Event, Query, RunState
 from labels_db.records import fits_of
 from labels_db.run_config import RunConfig
 from labels_db.runs import get_run, resume_run, stop_run
@@ -17,6 +18,7 @@ from tests.trainer.conftest import RUN, Lab, small_config
 from tests.trainer.people import LatePerson, Person, in_step
 from tests.trainer.whole_runs import die_after_checkpoints, kill_and_go_on
 from trainer.posting import PeoplesDesk
+from trainer.rendering import Renderer
 from trainer.replay import replay
 
 
@@ -107,3 +109,15 @@ def test_stopped_while_clips_are_drawn_it_asks_the_rest_when_it_goes_on(
     with Person(lab.database, RUN) as person:
         assert lab.live() is RunState.FINISHED
     assert person.given == 4
+
+
+def test_a_driver_that_hangs_costs_the_session_and_not_the_run(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("trainer.posting.CLIP_SECONDS", 0.2)
+    monkeypatch.setattr(Renderer, "clip", lambda *_: Future())
+    lab.request(people_config(feedback__pace="block"))
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        said = [event.text for event in session.scalars(select(Event))]
+    assert any("Clips can no longer be rendered: nothing was drawn within" in text for text in said)

@@ -9,14 +9,15 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from datetime import timedelta
 
 import pytest
 
 from labels_db import commands
-from labels_db.claims import Claim, queue_positions
+from labels_db.claims import HUNG_AFTER, Claim, queue_positions
 from labels_db.data_folder import DataFolder
-from labels_db.models import Command, RunState
+from labels_db.models import Command, RunState, utc_now
 from labels_db.runs import get_run, stop_run
 from tests.trainer.conftest import RUN, Lab, small_config
 from trainer.launcher import Handle, LocalLauncher
@@ -129,8 +130,8 @@ def test_a_killed_run_goes_on_and_finishes_then_its_commands_are_done(lab: Lab, 
             return session.get_one(Command, asked).done_at is not None
 
     until(answered)
-    assert watched.command is not None
-    watched.command.wait(timeout=60)  # it answers before it ends
+    assert watched.doing is not None
+    watched.doing.process.wait(timeout=60)  # it answers before it ends
     with lab.database.read() as session:
         result = session.get_one(Command, asked).result
     assert result is not None
@@ -156,10 +157,51 @@ def test_a_command_whose_process_is_killed_is_answered_with_that(lab: Lab, watch
         stop_run(session, RUN)  # a queued run stops at once
         asked = commands.ask(session, RUN, "evaluate", asked_by="test").id
     watched.look()
-    assert watched.command is not None
-    watched.command.kill()
-    watched.command.wait()
+    assert watched.doing is not None
+    watched.doing.process.kill()
+    watched.doing.process.wait()
     watched.look()
     with lab.database.read() as session:
         assert session.get_one(Command, asked).result == {"error": "Its process was killed by signal 9."}
-    assert watched.command_id is None
+    assert watched.doing is None
+
+
+def test_a_command_that_hangs_is_killed_and_makes_way(lab: Lab, watched: Supervisor) -> None:
+    lab.request(small_config())
+    with lab.database.write() as session:
+        stop_run(session, RUN)
+        asked = commands.ask(session, RUN, "evaluate", asked_by="test").id
+    watched.look()
+    assert watched.doing is not None
+    process = watched.doing.process
+    watched.doing = replace(
+        watched.doing, began=time.monotonic() - commands.GIVEN_UP_AFTER.total_seconds() - 1
+    )
+    watched.look()
+    assert process.poll() == -signal.SIGKILL
+    assert watched.doing is None
+    with lab.database.read() as session:
+        assert session.get_one(Command, asked).result == {"error": "Its process was killed by signal 9."}
+
+
+def test_a_trainer_that_hangs_is_killed_before_the_next_takes_its_place(lab: Lab) -> None:
+    lab.request(small_config())
+    launcher = ScriptLauncher(lab.data, SLEEPS)
+    watched = Supervisor(lab.data, lab.database, launcher, max_parallel=1)
+    watched.look()
+    (hung,) = watched.children.values()
+    with lab.database.write() as session:
+        get_run(session, RUN).heartbeat_at = utc_now() - HUNG_AFTER - timedelta(seconds=1)
+    watched.look()
+    assert hung.wait(timeout=10) == -signal.SIGKILL
+    assert [claim.attempt for claim in launcher.claims] == [1, 2]
+    until(lambda: watched.look() or len(watched.children) == 1)  # type: ignore[func-returns-value]
+    assert state(lab) is RunState.STARTING
+    watched.end_children()
+
+
+def test_only_a_supervisor_of_all_runs_says_that_there_is_one(lab: Lab) -> None:
+    """`pebble experiment` looks after its own runs alone."""
+    supervisor = Supervisor(lab.data, lab.database, LocalLauncher(lab.data), experiment="laptop")
+    supervisor.look()
+    assert not lab.data.heartbeat_path.exists()

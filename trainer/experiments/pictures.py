@@ -19,7 +19,7 @@ from labels_db.runs import config_of, get_run
 from trainer.environments import make_environment
 from trainer.evaluation import EvaluatedEpisode, evaluate
 from trainer.policy import load_policy
-from trainer.rendering import EncodedClip, Renderer
+from trainer.rendering import CLIP_SECONDS, EncodedClip, Renderer, drawn
 from trainer.segments import states_from_bytes
 
 SECONDS = 2.0
@@ -109,7 +109,7 @@ def _drawn(config: RunConfig, segments: list[tuple[int, Any]]) -> list[EncodedCl
     """Clips of which only frames are shown, so that it does not matter how long each is."""
     with Renderer(config.environment, CLIPS) as renderer:
         asked = [renderer.clip(seed, states, config.step_seconds) for seed, states in segments]
-        return [clip.result() for clip in asked]
+        return [drawn(clip, CLIP_SECONDS) for clip in asked]
 
 
 def _frames(clip: EncodedClip, count: int) -> Picture:

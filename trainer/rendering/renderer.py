@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 from types import MappingProxyType, TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,20 @@ from trainer.rendering.process import BACKENDS, ChildProcess, start_child
 from trainer.rendering.sheet import EncodedClip
 
 MAX_RESTARTS = 3
+CLIP_SECONDS, VIDEO_SECONDS = 120, 600
+"""Longer than any takes to draw: an OpenGL driver that hangs must not hang who waits."""
+
+T = TypeVar("T")
+
+
+def drawn(asked: Future[T], seconds: float) -> T:
+    """What was asked for, once it is drawn; RenderingLost where a driver hangs."""
+    try:
+        return asked.result(timeout=seconds)
+    except TimeoutError:
+        raise RenderingLost(
+            f"nothing was drawn within {seconds:.0f} s; `pebble doctor` tells whether this machine can draw"
+        ) from None
 
 
 @dataclass(frozen=True)
