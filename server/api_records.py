@@ -13,6 +13,7 @@ from labels_db.log_tail import log_tail
 from labels_db.models import Metric
 from labels_db.records import evaluations_of, fits_of, metrics_since
 from labels_db.runs import get_run
+from server.api_refusals import REFUSED, UNKNOWN
 from server.api_replies import (
     AnswerOut,
     EvaluationOut,
@@ -24,7 +25,6 @@ from server.api_replies import (
     Series,
 )
 from server.api_requests import LARGEST, RunId
-from server.api_runs import REFUSED, UNKNOWN
 from server.replies import answer_out, evaluation_out
 from server.services import ServicesDep
 
