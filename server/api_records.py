@@ -28,18 +28,6 @@ from server.api_requests import LARGEST, RunId
 from server.replies import answer_out, evaluation_out
 from server.services import ServicesDep
 
-METRICS = (
-    "episode_return",
-    "learned_return",
-    "critic_loss",
-    "actor_loss",
-    "temperature",
-    "entropy",
-    "intrinsic_reward",
-    "reward_loss",
-    "steps_per_second",
-)
-
 Limit = Annotated[int, Query(ge=1, le=1000, description="At most so many, the newest first.")]
 Names = Annotated[
     str, Query(description="Metrics, comma-separated; all when empty.", examples=["episode_return"])
@@ -52,7 +40,7 @@ router = APIRouter(prefix="/api/runs/{run_id}", tags=["records"], responses=REFU
 @router.get("/metrics")
 def metrics(run_id: RunId, services: ServicesDep, since: Since = -1, names: Names = "") -> MetricsOut:
     """The run's curves after a step; ask again with `since` for what has come meanwhile."""
-    wanted = [name.strip() for name in names.split(",") if name.strip()] or METRICS
+    wanted = [name.strip() for name in names.split(",") if name.strip()]
     with services.database.read() as session:
         run = get_run(session, run_id)
         found = metrics_since(session, run_id, since, wanted)
