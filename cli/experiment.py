@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import json
-import signal
-import sys
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import structlog
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from cli.errors import UsageError
+from cli.foreground import leave_on_signals, log_to_stderr
 from cli.tables import table_of_names
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
@@ -43,12 +40,10 @@ def live_through(file: Path, data: DataFolder, parallel: int, join: Sequence[Pat
     from trainer.experiments.results import results_folder
     from trainer.experiments.runner import run_experiment
 
-    structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
+    log_to_stderr()
     experiment = read_experiment(file)
     join_results(experiment, data, join)
-    leave = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: leave.set())
+    leave = leave_on_signals()
     with _display(experiment, hidden=as_json) as show:
         standing = run_experiment(experiment, data, parallel=parallel, leave=leave, show=show)
     folder = results_folder(experiment, data)

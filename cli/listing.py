@@ -43,8 +43,7 @@ def list_presets(*, as_json: bool) -> None:
 
 def list_runs(data: DataFolder, *, as_json: bool) -> None:
     """Every run, newest first."""
-    database = data.open_database()
-    with database.read() as session:
+    with data.open_database() as database, database.read() as session:
         found = session.scalars(select(Run).order_by(Run.created_at.desc())).all()
         rows = []
         for run in found:
@@ -61,7 +60,6 @@ def list_runs(data: DataFolder, *, as_json: bool) -> None:
                     "return": last,
                 }
             )
-    database.close()
     if as_json:
         typer.echo(json.dumps(rows))
         return

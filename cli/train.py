@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-import signal
-import sys
 import threading
 import time
 from collections.abc import Mapping
 from typing import Any
 
-import structlog
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from cli.errors import UsageError
+from cli.foreground import log_to_stderr, on_ending_signals
+from cli.settings import by_name
 from labels_db.claims import claim
 from labels_db.data_folder import DataFolder
 from labels_db.feedback_progress import feedback_progress
@@ -47,11 +46,7 @@ def chosen_config(
     except ValueError as error:
         raise UsageError(str(error)) from error
     changes = {path: str(value) for path, value in shortcuts.items() if value is not None}
-    for setting in settings:
-        path, equals, value = setting.partition("=")
-        if not equals:
-            raise UsageError(f"--set {setting}: must be PATH=VALUE, as in --set feedback.budget=50")
-        changes[path] = value
+    changes |= by_name(settings, "PATH=VALUE, as in --set feedback.budget=50")
     try:
         return with_settings(config, changes)
     except SettingError as error:
@@ -64,18 +59,17 @@ def train_here(
     """Train in this process; 0 unless the run failed. Ctrl-C stops it with a checkpoint."""
     from trainer.attempt import Attempt
 
-    structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
-    database = data.open_database()
+    log_to_stderr()
     known = config.catalogue_entry
-    with database.write() as session:  # asked for and claimed at once: no supervisor can come between
+    # Asked for and claimed at once: no supervisor can come between.
+    with data.open_database() as database, database.write() as session:
         title = known.title if method is None else f"{known.title} · {method}"
         run = request_run(session, config, title=title, goal=known.goal, preset=preset, method=method)
         owned = claim(session, run, "foreground", now=utc_now())
     attempt = Attempt(data, owned)
     console = Console(stderr=as_json)
     console.print(f"Run {run.id}")
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: attempt.stop())
+    on_ending_signals(attempt.stop)
     with _display(attempt, console, config):
         state = attempt.live()
     result = _result(data, run.id, state, attempt.last_measures)
@@ -84,11 +78,9 @@ def train_here(
 
 
 def _result(data: DataFolder, run_id: str, state: RunState, measures: Mapping[str, float]) -> dict[str, Any]:
-    database = data.open_database()
-    with database.read() as session:
+    with data.open_database() as database, database.read() as session:
         run = get_run(session, run_id)
         counted = feedback_progress(session, run)
-    database.close()
     return {
         "run": run_id,
         "state": state.value,
