@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from cli.errors import UsageError
 from cli.foreground import leave_on_signals, log_to_stderr
-from cli.tables import table_of_names
+from cli.tables import plain_console, table_of_names
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
 from labels_db.methods import methods
@@ -30,7 +29,7 @@ def list_methods(*, as_json: bool) -> None:
     table = table_of_names("Method", "What it is")
     for method in methods().values():
         table.add_row(method.name, method.sentence)
-    Console().print(table)
+    plain_console().print(table)
 
 
 def live_through(file: Path, data: DataFolder, parallel: int, join: Sequence[Path], *, as_json: bool) -> int:
@@ -100,7 +99,7 @@ def _display(experiment: Experiment, *, hidden: bool) -> Iterator[Callable[[Any]
         TextColumn("{task.fields[rate]:>8}"),
         TimeRemainingColumn(),
     )
-    console = Console(stderr=True)
+    console = plain_console(stderr=True)
     with Progress(*columns, console=console, disable=hidden or not console.is_terminal) as bars:
         whole = bars.add_task(experiment.name, total=None, rate="")
         lines: dict[str, TaskID] = {}

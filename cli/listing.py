@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 
 import typer
-from rich.console import Console
 from sqlalchemy import select
 
-from cli.tables import table_of_names
+from cli.tables import plain_console, table_of_names
 from labels_db.data_folder import DataFolder
 from labels_db.feedback_progress import feedback_progress
 from labels_db.models import Run
@@ -38,7 +37,7 @@ def list_presets(*, as_json: bool) -> None:
     for preset in presets().values():
         profiles = ", ".join(f"{n} ({c.total_steps:,}, {c.budget})" for n, c in preset.profiles.items())
         table.add_row(preset.name, profiles, preset.goal)
-    Console().print(table)
+    plain_console().print(table)
 
 
 def list_runs(data: DataFolder, *, as_json: bool) -> None:
@@ -73,4 +72,6 @@ def list_runs(data: DataFolder, *, as_json: bool) -> None:
             f"{row['answers']} of {row['budget']}",
             last_return,
         )
-    Console().print(table if rows else "No runs yet. Start one with `pebble train` or from the dashboard.")
+    plain_console().print(
+        table if rows else "No runs yet. Start one with `pebble train` or from the dashboard."
+    )

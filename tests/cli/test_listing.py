@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -29,6 +30,19 @@ def test_names_of_presets_and_methods_are_whole(capsys: pytest.CaptureFixture[st
     assert set(presets()) <= first_words(capsys)
     list_methods(as_json=False)
     assert set(methods()) <= first_words(capsys)
+
+
+def test_square_brackets_in_a_goal_are_shown(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = SimpleNamespace(
+        name="spin", title="Spin", environment="gym:Spin", profiles={}, goal="Turn [clockwise] :wave:"
+    )
+    monkeypatch.setattr("cli.listing.presets", lambda: {"spin": odd})
+    list_presets(as_json=False)
+    shown = capsys.readouterr().out
+    assert "[clockwise]" in shown
+    assert ":wave:" in shown
 
 
 def test_names_of_runs_are_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
