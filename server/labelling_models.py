@@ -111,7 +111,7 @@ class QueueOut(BaseModel):
     available: int = Field(description="Queries that this labeller holds or could lease.")
     rendering: int = Field(description="Queries asked whose clips are still being drawn.")
     message: MessageOut | None = Field(description="Why there is no pair; absent while there are some.")
-    goal: GoalOut | None
+    goal: GoalOut
     taught: str = Field(description="Changes whenever there is a new policy video or fit.")
 
 

@@ -60,7 +60,7 @@ def _clip(segment: Segment) -> ClipOut:
 
 
 def queue_out(queue: Queue, now: datetime) -> QueueOut:
-    progress, goal = queue.progress, queue.goal
+    progress = queue.progress
     return QueueOut(
         state=queue.run.state,
         given=progress.given,
@@ -70,7 +70,7 @@ def queue_out(queue: Queue, now: datetime) -> QueueOut:
         available=queue.available,
         rendering=progress.rendering,
         message=None if queue.available else empty_message(queue, now),
-        goal=goal and goal_out(goal),
+        goal=goal_out(queue.run.goal),
         taught=f"{queue.video_step}-{queue.fits}",
     )
 
