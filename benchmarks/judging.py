@@ -77,28 +77,28 @@ def learned_reward(database: Database, store: ArtifactStore, run: Run) -> ModelR
 
 def judged(data: DataFolder, experiment: str) -> Iterator[dict[str, Any]]:
     """A row for each learned reward and policy of the experiment's finished runs."""
-    database, store = data.open_database(), data.open_store()
-    with database.read() as session:
-        runs = [run for run in runs_of_experiment(session, experiment) if run.state is RunState.FINISHED]
-    alike: dict[tuple[str, int], list[Run]] = defaultdict(list)
-    for run in runs:
-        alike[config_of(run).environment.name, config_of(run).seed].append(run)
-    for (task, seed), group in alike.items():
-        policies = {run: lived(database, store, run) for run in group}
-        for judge in (run for run in group if isinstance(config_of(run).reward, LearnedReward)):
-            reward = learned_reward(database, store, judge)
-            for run, seen in policies.items():
-                said = reward.model(seen.inputs)
-                yield {
-                    "task": task,
-                    "seed": seed,
-                    "reward": judge.method,
-                    "policy": run.method,
-                    "true_return": float(seen.rewards.sum()) / EPISODES,
-                    "learned": float(said.mean()),
-                    "rank_correlation": float(spearmanr(said, seen.rewards).statistic),
-                }
-    database.close()
+    store = data.open_store()
+    with data.open_database() as database:
+        with database.read() as session:
+            runs = [run for run in runs_of_experiment(session, experiment) if run.state is RunState.FINISHED]
+        alike: dict[tuple[str, int], list[Run]] = defaultdict(list)
+        for run in runs:
+            alike[config_of(run).environment.name, config_of(run).seed].append(run)
+        for (task, seed), group in alike.items():
+            policies = {run: lived(database, store, run) for run in group}
+            for judge in (run for run in group if isinstance(config_of(run).reward, LearnedReward)):
+                reward = learned_reward(database, store, judge)
+                for run, seen in policies.items():
+                    said = reward.model(seen.inputs)
+                    yield {
+                        "task": task,
+                        "seed": seed,
+                        "reward": judge.method,
+                        "policy": run.method,
+                        "true_return": float(seen.rewards.sum()) / EPISODES,
+                        "learned": float(said.mean()),
+                        "rank_correlation": float(spearmanr(said, seen.rewards).statistic),
+                    }
 
 
 def table(rows: Sequence[dict[str, Any]]) -> str:

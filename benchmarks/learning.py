@@ -68,10 +68,8 @@ def finished_run(arguments: Sequence[str], data: Path) -> Run | None:
         {"feedback.teacher.kind": given.teacher, "feedback.budget": given.labels, "seed": given.seed},
         given.set,
     )
-    database = DataFolder(data).open_database()
-    with database.read() as session:
+    with DataFolder(data).open_database() as database, database.read() as session:
         runs = session.scalars(select(Run).where(Run.state == RunState.FINISHED)).all()
-    database.close()
     return next((run for run in runs if run.config == config.model_dump(mode="json")), None)
 
 
@@ -86,8 +84,7 @@ def parser_of_train() -> argparse.ArgumentParser:
 
 def curve(data: Path, run_id: str) -> dict[str, Any]:
     """Evaluations and fits of the run, from its record."""
-    database = DataFolder(data).open_database()
-    with database.read() as session:
+    with DataFolder(data).open_database() as database, database.read() as session:
         lived = [
             {"step": e.step, "return": e.mean_return, **e.measures} for e in evaluations_of(session, run_id)
         ]
@@ -95,7 +92,6 @@ def curve(data: Path, run_id: str) -> dict[str, Any]:
             {"step": f.step, "answers": f.cursor, "training": f.training_accuracy, "fresh": f.fresh_accuracy}
             for f in fits_of(session, run_id)
         ]
-    database.close()
     return {"evaluations": lived, "fits": fits}
 
 

@@ -57,10 +57,8 @@ def _rendering(_data: DataFolder) -> str:
 def _database(data: DataFolder) -> str:
     import pysqlite3.dbapi2 as sqlite
 
-    database = data.open_database()
-    with database.write() as session:
+    with data.open_database() as database, database.write() as session:
         session.connection()
-    database.close()
     return f"{data.database_path} opens and takes writes (SQLite {sqlite.sqlite_version})"
 
 

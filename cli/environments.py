@@ -6,10 +6,9 @@ import json
 from dataclasses import asdict
 
 import typer
-from rich.console import Console
 
 from cli.errors import UsageError
-from cli.tables import table_of_names
+from cli.tables import plain_console, table_of_names
 from labels_db.catalogue import CatalogueEntry, catalogue
 from labels_db.data_folder import DataFolder
 
@@ -37,7 +36,7 @@ def list_environments(*, as_json: bool) -> None:
     for entry in known:
         sizes = str(entry.observation_size), str(entry.action_size)
         table.add_row(entry.name, *sizes, _episode(entry), entry.title)
-    Console().print(table)
+    plain_console().print(table)
 
 
 def _episode(entry: CatalogueEntry) -> str:

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import json
-import signal
-import sys
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import structlog
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from cli.errors import UsageError
-from cli.tables import table_of_names
+from cli.foreground import leave_on_signals, log_to_stderr
+from cli.tables import plain_console, table_of_names
 from labels_db.data_folder import DataFolder
 from labels_db.experiments import Experiment
 from labels_db.methods import methods
@@ -33,7 +29,7 @@ def list_methods(*, as_json: bool) -> None:
     table = table_of_names("Method", "What it is")
     for method in methods().values():
         table.add_row(method.name, method.sentence)
-    Console().print(table)
+    plain_console().print(table)
 
 
 def live_through(file: Path, data: DataFolder, parallel: int, join: Sequence[Path], *, as_json: bool) -> int:
@@ -43,12 +39,10 @@ def live_through(file: Path, data: DataFolder, parallel: int, join: Sequence[Pat
     from trainer.experiments.results import results_folder
     from trainer.experiments.runner import run_experiment
 
-    structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
+    log_to_stderr()
     experiment = read_experiment(file)
     join_results(experiment, data, join)
-    leave = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: leave.set())
+    leave = leave_on_signals()
     with _display(experiment, hidden=as_json) as show:
         standing = run_experiment(experiment, data, parallel=parallel, leave=leave, show=show)
     folder = results_folder(experiment, data)
@@ -105,7 +99,7 @@ def _display(experiment: Experiment, *, hidden: bool) -> Iterator[Callable[[Any]
         TextColumn("{task.fields[rate]:>8}"),
         TimeRemainingColumn(),
     )
-    console = Console(stderr=True)
+    console = plain_console(stderr=True)
     with Progress(*columns, console=console, disable=hidden or not console.is_terminal) as bars:
         whole = bars.add_task(experiment.name, total=None, rate="")
         lines: dict[str, TaskID] = {}

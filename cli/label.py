@@ -16,6 +16,7 @@ from urllib.request import HTTPCookieProcessor, Request, build_opener
 import typer
 
 from cli.errors import UsageError
+from cli.settings import by_name
 from labels_db.answers import pressed_for
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
@@ -61,14 +62,10 @@ def chosen_teacher(kind: str, settings: list[str]) -> Scripted:
         scripted_teacher_named(kind)
     except ValueError as error:
         raise UsageError(f"--teacher {error}") from error
-    changes = {"feedback.teacher.kind": kind}
-    for setting in settings:
-        name, equals, value = setting.partition("=")
-        if not equals:
-            raise UsageError(f"--set {setting}: must be NAME=VALUE, as in --set equal=0.1")
-        if name == "kind":
-            raise UsageError(f"--set {setting}: choose it by --teacher")
-        changes[f"feedback.teacher.{name}"] = value
+    given = by_name(settings, "NAME=VALUE, as in --set equal=0.1")
+    if "kind" in given:
+        raise UsageError(f"--set kind={given['kind']}: choose it by --teacher")
+    changes = {f"feedback.teacher.{name}": value for name, value in {"kind": kind, **given}.items()}
     try:
         feedback = with_settings(RunConfig(), changes).feedback
     except SettingError as error:
@@ -89,17 +86,15 @@ def label_run(
 ) -> None:
     """Answer until the run wants no more, or `answers` have been given."""
     config = chosen_teacher(teacher, settings)
-    client, database = Client(url, access_token(data)), data.open_database()
+    client, address = Client(url, access_token(data)), f"/api/runs/{quote(run_id)}/answers"
     client.send("PUT", "/api/labeller", {"name": f"{teacher} (scripted)"})
-    scripted = ScriptedTeacher(config, data.open_store(), _seed(database, run_id))
     given = 0
-    for given, lease in enumerate(islice(_leases(client, run_id), answers), start=1):
-        time.sleep(seconds)
-        client.send(
-            "POST", f"/api/runs/{quote(run_id)}/answers", _answer(database, lease["lease_id"], scripted)
-        )
-        typer.echo(f"\r{given} answers", nl=False, err=True)
-    database.close()
+    with data.open_database() as database:
+        scripted = ScriptedTeacher(config, data.open_store(), _seed(database, run_id))
+        for given, lease in enumerate(islice(_leases(client, run_id), answers), start=1):
+            time.sleep(seconds)
+            client.send("POST", address, _answer(database, lease["lease_id"], scripted))
+            typer.echo(f"\r{given} answers", nl=False, err=True)
     typer.echo(f"\n{given} answers given.", err=True)
 
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import typer
-from rich.console import Console
-from sqlalchemy import select
 
-from cli.tables import table_of_names
+from cli.tables import plain_console, table_of_names
 from labels_db.data_folder import DataFolder
-from labels_db.feedback_progress import feedback_progress
-from labels_db.models import Run
+from labels_db.overview import RunOverview, overviews
 from labels_db.presets import presets
-from labels_db.records import evaluations_of
 
 
 def list_presets(*, as_json: bool) -> None:
@@ -38,41 +35,37 @@ def list_presets(*, as_json: bool) -> None:
     for preset in presets().values():
         profiles = ", ".join(f"{n} ({c.total_steps:,}, {c.budget})" for n, c in preset.profiles.items())
         table.add_row(preset.name, profiles, preset.goal)
-    Console().print(table)
+    plain_console().print(table)
 
 
 def list_runs(data: DataFolder, *, as_json: bool) -> None:
     """Every run, newest first."""
-    database = data.open_database()
-    with database.read() as session:
-        found = session.scalars(select(Run).order_by(Run.created_at.desc())).all()
-        rows = []
-        for run in found:
-            counted, lived = feedback_progress(session, run), evaluations_of(session, run.id)
-            last = lived[-1].mean_return if lived else None
-            rows.append(
-                {
-                    "run": run.id,
-                    "state": run.state.value,
-                    "step": run.step,
-                    "steps": run.config["total_steps"],
-                    "answers": counted.given,
-                    "budget": counted.budget,
-                    "return": last,
-                }
-            )
-    database.close()
+    with data.open_database() as database, database.read() as session:
+        rows = [_row(seen) for seen in overviews(session)]
     if as_json:
         typer.echo(json.dumps(rows))
         return
     table = table_of_names("Run", "State", "Step", "Answers", "Last return")
     for row in rows:
-        last_return = "–" if row["return"] is None else f"{row['return']:.1f}"
         table.add_row(
-            str(row["run"]),
-            str(row["state"]),
+            row["run"],
+            row["state"],
             f"{row['step']:,} of {row['steps']:,}",
             f"{row['answers']} of {row['budget']}",
-            last_return,
+            "–" if row["return"] is None else f"{row['return']:.1f}",
         )
-    Console().print(table if rows else "No runs yet. Start one with `pebble train` or from the dashboard.")
+    plain_console().print(
+        table if rows else "No runs yet. Start one with `pebble train` or from the dashboard."
+    )
+
+
+def _row(seen: RunOverview) -> dict[str, Any]:
+    return {
+        "run": seen.run.id,
+        "state": seen.run.state.value,
+        "step": seen.run.step,
+        "steps": seen.config.total_steps,
+        "answers": seen.feedback.given,
+        "budget": seen.feedback.budget,
+        "return": seen.last_return,
+    }

@@ -16,9 +16,8 @@ def evaluate_run(run_id: str, data: DataFolder, episodes: int, seed: int | None,
     from trainer.commands import evaluation_of
     from trainer.policy import load_policy
 
-    database = data.open_database()
-    policy = load_policy(database, data.open_store(), run_id)
-    database.close()
+    with data.open_database() as database:
+        policy = load_policy(database, data.open_store(), run_id)
     result = {"run": run_id, **evaluation_of(policy, episodes, policy.config.seed if seed is None else seed)}
     if as_json:
         typer.echo(json.dumps(result))
@@ -34,9 +33,8 @@ def export_run(run_id: str, data: DataFolder, file: str) -> None:
     from trainer.export import export_policy
     from trainer.policy import load_policy
 
-    database = data.open_database()
-    policy = load_policy(database, data.open_store(), run_id)
-    database.close()
+    with data.open_database() as database:
+        policy = load_policy(database, data.open_store(), run_id)
     export_policy(policy, Path(file))
     typer.echo(f"{file}: policy of {run_id} at step {policy.step:,}")
 
@@ -45,12 +43,11 @@ def replay_run(run_id: str, data: DataFolder, *, as_json: bool) -> int:
     """Repeat the run; 0 when its weights come out the same."""
     from trainer.replay import replay
 
-    database = data.open_database()
-    with database.read() as session:
-        config = config_of(get_run(session, run_id))
-    with typer.progressbar(length=config.total_steps, label="replaying", hidden=as_json) as bar:
-        result = replay(database, data.open_store(), run_id, bar.update)
-    database.close()
+    with data.open_database() as database:
+        with database.read() as session:
+            config = config_of(get_run(session, run_id))
+        with typer.progressbar(length=config.total_steps, label="replaying", hidden=as_json) as bar:
+            result = replay(database, data.open_store(), run_id, bar.update)
     if as_json:
         typer.echo(json.dumps(result.as_dict()))
     else:

@@ -10,10 +10,10 @@ import threading
 import time
 from contextlib import suppress
 
-import structlog
 import typer
 
 from cli.errors import UsageError
+from cli.foreground import leave_on_signals, log_to_stderr
 from labels_db.data_folder import DataFolder
 
 FRESH_SECONDS = 15
@@ -76,10 +76,8 @@ def supervise_runs(data: DataFolder, max_parallel_runs: int | None, parent: int 
     """Supervise until SIGTERM or SIGINT, or until the process that started this has gone without a word."""
     from trainer.supervisor import supervise
 
-    structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
-    leave = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: leave.set())
+    log_to_stderr()
+    leave = leave_on_signals()
     if parent is not None:
         threading.Thread(target=_leave_with, args=(parent, leave), daemon=True).start()
     supervise(data, leave, max_parallel_runs)

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import json
-import signal
-import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
-import structlog
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from cli.errors import UsageError
-from labels_db.claims import claim
+from cli.foreground import log_to_stderr, on_ending_signals
+from cli.settings import by_name
+from cli.tables import plain_console
+from labels_db.claims import Claim, claim
 from labels_db.data_folder import DataFolder
+from labels_db.database import Database
 from labels_db.feedback_progress import feedback_progress
 from labels_db.methods import method_named
 from labels_db.models import RunState, utc_now
@@ -47,11 +48,7 @@ def chosen_config(
     except ValueError as error:
         raise UsageError(str(error)) from error
     changes = {path: str(value) for path, value in shortcuts.items() if value is not None}
-    for setting in settings:
-        path, equals, value = setting.partition("=")
-        if not equals:
-            raise UsageError(f"--set {setting}: must be PATH=VALUE, as in --set feedback.budget=50")
-        changes[path] = value
+    changes |= by_name(settings, "PATH=VALUE, as in --set feedback.budget=50")
     try:
         return with_settings(config, changes)
     except SettingError as error:
@@ -64,31 +61,41 @@ def train_here(
     """Train in this process; 0 unless the run failed. Ctrl-C stops it with a checkpoint."""
     from trainer.attempt import Attempt
 
-    structlog.configure(logger_factory=structlog.PrintLoggerFactory(sys.stderr))
-    database = data.open_database()
-    known = config.catalogue_entry
-    with database.write() as session:  # asked for and claimed at once: no supervisor can come between
-        title = known.title if method is None else f"{known.title} · {method}"
-        run = request_run(session, config, title=title, goal=known.goal, preset=preset, method=method)
-        owned = claim(session, run, "foreground", now=utc_now())
-    attempt = Attempt(data, owned)
-    console = Console(stderr=as_json)
-    console.print(f"Run {run.id}")
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: attempt.stop())
-    with _display(attempt, console, config):
-        state = attempt.live()
-    result = _result(data, run.id, state, attempt.last_measures)
+    log_to_stderr()
+    console = plain_console(stderr=as_json)
+    with data.open_database() as database:
+        owned = _own_run(database, preset, config, method)
+        attempt = Attempt(data, owned)
+        console.print(f"Run {owned.run_id}")
+        on_ending_signals(attempt.stop)
+        with _display(attempt, console, config, lambda: _given(database, owned.run_id)):
+            state = attempt.live()
+        result = _result(database, owned.run_id, state, attempt.last_measures)
     print(json.dumps(result)) if as_json else _say(console, result)
     return ENDS.get(state, 1)
 
 
-def _result(data: DataFolder, run_id: str, state: RunState, measures: Mapping[str, float]) -> dict[str, Any]:
-    database = data.open_database()
+def _own_run(database: Database, preset: str, config: RunConfig, method: str | None) -> Claim:
+    """A new run, asked for and claimed at once: no supervisor can come between."""
+    known = config.catalogue_entry
+    title = known.title if method is None else f"{known.title} · {method}"
+    with database.write() as session:
+        run = request_run(session, config, title=title, goal=known.goal, preset=preset, method=method)
+        return claim(session, run, "foreground", now=utc_now())
+
+
+def _given(database: Database, run_id: str) -> int:
+    """Answers as the budget counts them."""
+    with database.read() as session:
+        return feedback_progress(session, get_run(session, run_id)).given
+
+
+def _result(
+    database: Database, run_id: str, state: RunState, measures: Mapping[str, float]
+) -> dict[str, Any]:
     with database.read() as session:
         run = get_run(session, run_id)
         counted = feedback_progress(session, run)
-    database.close()
     return {
         "run": run_id,
         "state": state.value,
@@ -108,16 +115,19 @@ def _say(console: Console, result: Mapping[str, Any]) -> None:
         measures = "".join(f", {name} {value:.3g}" for name, value in result["measures"].items())
         console.print(f"Return of the last evaluation: {result['return']:.1f}{measures}")
     if result["error"]:
-        console.print(f"[red]{result['error']}[/red]")
+        console.print(result["error"], style="red")
     else:
         console.print(f"`pebble evaluate {result['run']}` evaluates it again.")
 
 
 class _display:  # noqa: N801  (used as a context manager only)
-    """A line with phase, steps, rate, answers and time left, drawn from a thread of its own."""
+    """A line with phase, steps, rate, answers and time left, drawn from a thread of its own.
 
-    def __init__(self, attempt: Any, console: Console, config: RunConfig) -> None:
-        self.attempt, self.config = attempt, config
+    `given` counts the answers that count; it is asked only when some have come or gone.
+    """
+
+    def __init__(self, attempt: Any, console: Console, config: RunConfig, given: Callable[[], int]) -> None:
+        self.attempt, self.config, self.given = attempt, config, given
         self.ended = threading.Event()
         self.bar = Progress(
             TextColumn("{task.description:<14}"),
@@ -143,14 +153,15 @@ class _display:  # noqa: N801  (used as a context manager only)
 
     def _draw(self) -> None:
         task = self.bar.add_task("starting", total=self.config.total_steps, rate="", answers="")
-        began = time.monotonic()
+        began, heard, answers = time.monotonic(), None, ""
         while not self.ended.wait(0.5):
             run = self.attempt.run
             if run is None:
                 continue
             status, inbox = run.progress.status, run.progress.inbox
             rate = status.step / max(1e-9, time.monotonic() - began)
-            answers = f"{inbox.sequence} of {self.config.budget} answers" if self.config.budget else ""
+            if self.config.budget and inbox.sequence != heard:
+                heard, answers = inbox.sequence, f"{self.given()} of {self.config.budget} answers"
             self.bar.update(
                 task, completed=status.step, description=status.phase, rate=f"{rate:.0f}/s", answers=answers
             )

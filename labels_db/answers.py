@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session, joinedload
 from labels_db.errors import ConflictError, NotFoundError
 from labels_db.feedback_sessions import close_query, close_session_when_done, close_unwanted
 from labels_db.leases import lend, own_lease
-from labels_db.models import Answer, Choice, GoalCard, Lease, Pressed, Query, QueryState, Run
+from labels_db.models import Answer, Choice, Lease, Pressed, Query, QueryState, Run
 from labels_db.runs import get_run
 from labels_db.standing import standing
 
@@ -66,7 +66,7 @@ def answer_query(
         lease=lease,
         choice=choice_of(pressed, swapped=lease.swapped),
         pressed=pressed,
-        goal_card_version=goal_card_version or _goal_version(session, lease.query.run_id),
+        goal_card_version=goal_card_version or get_run(session, lease.query.run_id).goal.version,
         shown_at=shown_at,
         answered_at=now,
     )
@@ -92,10 +92,6 @@ def _expect_unanswered(session: Session, lease: Lease) -> None:
     )
     if session.scalar(earlier.limit(1)) is not None:
         raise ConflictError(f"lease {lease.id}: already answered; ask for the next query")
-
-
-def _goal_version(session: Session, run_id: str) -> int | None:
-    return session.scalar(select(func.max(GoalCard.version)).where(GoalCard.run_id == run_id))
 
 
 def _close_when_answered(session: Session, query: Query, now: datetime) -> None:

@@ -11,7 +11,7 @@ from labels_db.runs import get_run, note
 def change_goal(session: Session, run_id: str, text: str) -> GoalCard:
     """A new version of the run's goal card; the same text again changes nothing."""
     run = get_run(session, run_id)
-    latest = run.goal_cards[-1]
+    latest = run.goal
     if text == latest.text:
         return latest
     card = GoalCard(version=latest.version + 1, text=text, created_at=utc_now())

@@ -17,7 +17,6 @@ from labels_db.models import (
     Answer,
     EvaluationResult,
     Fit,
-    GoalCard,
     Labeller,
     LabellerKind,
     Lease,
@@ -47,7 +46,6 @@ class Queue:
     """Queries that this labeller holds or could lease."""
     place: int | None
     """Place of the run among the queued ones, from 1."""
-    goal: GoalCard | None
     video_step: int | None
     """Step of the latest policy video."""
     fits: int
@@ -66,7 +64,6 @@ def queue_of(session: Session, run_id: str, labeller_id: int, *, now: datetime) 
         progress=feedback_progress(session, run),
         available=0 if run.archived else _available(session, run_id, labeller_id, now),
         place=queue_positions(session).get(run_id) if queued else None,
-        goal=max(run.goal_cards, key=lambda card: card.version, default=None),
         video_step=session.scalar(select(func.max(EvaluationResult.step)).where(_with_video(run_id))),
         fits=session.scalar(select(func.count(Fit.id)).where(Fit.run_id == run_id)) or 0,
     )

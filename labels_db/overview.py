@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,8 +9,9 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session, selectinload
 
 from labels_db.claims import queue_positions
+from labels_db.evaluation_curves import RETURN, Curve, curves_of
 from labels_db.feedback_progress import FeedbackProgress, feedback_progress_of
-from labels_db.models import EvaluationResult, GoalCard, Run
+from labels_db.models import GoalCard, Run
 from labels_db.run_config import RunConfig
 from labels_db.runs import config_of, get_run
 
@@ -25,8 +25,13 @@ class RunOverview:
     goal: GoalCard
     feedback: FeedbackProgress
     queue_position: int | None
-    returns: Sequence[tuple[int, float]]
+    returns: Curve
     """Step and mean true return of every evaluation, in step order; none for runs seen as an experiment's."""
+
+    @property
+    def last_return(self) -> float | None:
+        """What the latest evaluation came to."""
+        return self.returns[-1][1] if self.returns else None
 
 
 def overview(session: Session, run_id: str) -> RunOverview:
@@ -69,25 +74,15 @@ def _found(session: Session, wanted: Select[Run]) -> Sequence[Run]:
 
 def _overviews(session: Session, runs: Sequence[Run], *, with_returns: bool = True) -> list[RunOverview]:
     positions, feedback = queue_positions(session), feedback_progress_of(session, runs)
-    returns = _returns(session, [run.id for run in runs]) if with_returns else {}
+    returns = curves_of(session, [run.id for run in runs], RETURN) if with_returns else {}
     return [
         RunOverview(
             run=run,
             config=config_of(run),
-            goal=run.goal_cards[-1],
+            goal=run.goal,
             feedback=feedback[run.id],
             queue_position=positions.get(run.id),
             returns=returns.get(run.id, []),
         )
         for run in runs
     ]
-
-
-def _returns(session: Session, run_ids: Sequence[str]) -> dict[str, list[tuple[int, float]]]:
-    found: dict[str, list[tuple[int, float]]] = defaultdict(list)
-    wanted = select(EvaluationResult.run_id, EvaluationResult.step, EvaluationResult.mean_return)
-    for run_id, step, mean in session.execute(
-        wanted.where(EvaluationResult.run_id.in_(run_ids)).order_by(EvaluationResult.step)
-    ):
-        found[run_id].append((step, mean))
-    return found

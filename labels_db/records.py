@@ -47,12 +47,9 @@ def record_metrics(session: Session, claim: Claim, measurements: Iterable[Measur
 
 
 def metrics_since(session: Session, run_id: str, step: int, names: Sequence[str]) -> Sequence[Metric]:
-    """The named metrics after a step, in step order."""
-    return session.scalars(
-        select(Metric)
-        .where(Metric.run_id == run_id, Metric.step > step, Metric.name.in_(names))
-        .order_by(Metric.step)
-    ).all()
+    """The named metrics after a step, in step order; all of them where none is named."""
+    found = select(Metric).where(Metric.run_id == run_id, Metric.step > step).order_by(Metric.step)
+    return session.scalars(found.where(Metric.name.in_(names)) if names else found).all()
 
 
 @dataclass(frozen=True)

@@ -44,10 +44,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", help="what changes, as in 'clips get a poster frame'")
     name = parser.parse_args().name
-    with tempfile.TemporaryDirectory() as folder:
-        database = open_database(Path(folder) / "before.db")
+    with tempfile.TemporaryDirectory() as folder, open_database(Path(folder) / "before.db") as database:
         path = write_migration(database, name)
-        database.close()
     tidy(path)
     print(f"Wrote {path.name}. Read it, then run `make test`.")
 

@@ -7,9 +7,9 @@ from fastapi import APIRouter
 from labels_db.models import Command
 from labels_db.policy_commands import ask_of_policy, policy_commands_of
 from labels_db.runs import get_run
+from server.api_refusals import NOT_NOW, REFUSED, UNKNOWN
 from server.api_replies import CommandOut
 from server.api_requests import NewCommand, RunId
-from server.api_runs import NOT_NOW, REFUSED, UNKNOWN
 from server.command_words import command_sentence, download_url, error_of
 from server.policy_view import COMMANDS_SHOWN, OPERATOR
 from server.services import ServicesDep

@@ -24,9 +24,9 @@ from server.api_experiment_replies import (
     StandingOut,
     TaskOut,
 )
+from server.api_refusals import REFUSED, UNKNOWN
 from server.api_replies import Series
 from server.api_requests import ExperimentName
-from server.api_runs import REFUSED, UNKNOWN
 from server.experiment_view import known_measure, task_title
 from server.services import ServicesDep
 

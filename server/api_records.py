@@ -13,6 +13,7 @@ from labels_db.log_tail import log_tail
 from labels_db.models import Metric
 from labels_db.records import evaluations_of, fits_of, metrics_since
 from labels_db.runs import get_run
+from server.api_refusals import REFUSED, UNKNOWN
 from server.api_replies import (
     AnswerOut,
     EvaluationOut,
@@ -24,21 +25,8 @@ from server.api_replies import (
     Series,
 )
 from server.api_requests import LARGEST, RunId
-from server.api_runs import REFUSED, UNKNOWN
 from server.replies import answer_out, evaluation_out
 from server.services import ServicesDep
-
-METRICS = (
-    "episode_return",
-    "learned_return",
-    "critic_loss",
-    "actor_loss",
-    "temperature",
-    "entropy",
-    "intrinsic_reward",
-    "reward_loss",
-    "steps_per_second",
-)
 
 Limit = Annotated[int, Query(ge=1, le=1000, description="At most so many, the newest first.")]
 Names = Annotated[
@@ -52,7 +40,7 @@ router = APIRouter(prefix="/api/runs/{run_id}", tags=["records"], responses=REFU
 @router.get("/metrics")
 def metrics(run_id: RunId, services: ServicesDep, since: Since = -1, names: Names = "") -> MetricsOut:
     """The run's curves after a step; ask again with `since` for what has come meanwhile."""
-    wanted = [name.strip() for name in names.split(",") if name.strip()] or METRICS
+    wanted = [name.strip() for name in names.split(",") if name.strip()]
     with services.database.read() as session:
         run = get_run(session, run_id)
         found = metrics_since(session, run_id, since, wanted)

@@ -10,19 +10,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from labels_db.models import Choice, Desired, QueryState, RunState
 
 
-class Complaint(BaseModel):
-    """One thing that was wrong with a request."""
-
-    field: str = Field(description="Path of the field to blame; empty where no single one is.")
-    reason: str = Field(description="What is wrong, in plain words.")
-
-
-class Complaints(BaseModel):
-    """The body of every 4xx answer."""
-
-    detail: list[Complaint]
-
-
 class GoalOut(BaseModel):
     """A goal card."""
 

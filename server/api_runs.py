@@ -13,23 +13,12 @@ from labels_db.models import Run, utc_now
 from labels_db.overview import overview, overviews
 from labels_db.presets import presets
 from labels_db.runs import extend_run, get_run, pause_run, resume_run, stop_run
-from server.api_replies import Complaints, GoalOut, PresetDetail, PresetOut, RunOut
+from server.api_refusals import NOT_NOW, REFUSED, UNKNOWN
+from server.api_replies import GoalOut, PresetDetail, PresetOut, RunOut
 from server.api_requests import Extension, NewGoal, NewRun, RunId
 from server.new_run import chosen_config, chosen_preset, queue_run
 from server.replies import goal_out, preset_detail, preset_out, run_out
 from server.services import Services, ServicesDep
-
-Responses = dict[int | str, dict[str, Any]]
-
-REFUSED: Responses = {
-    400: {"model": Complaints, "description": "The body cannot be read."},
-    401: {"model": Complaints, "description": "No token, or an old one."},
-    403: {"model": Complaints, "description": "Sent by a page of another site."},
-    413: {"model": Complaints, "description": "The body is too large."},
-    422: {"model": Complaints, "description": "Something sent does not fit; the field and the reason."},
-}
-UNKNOWN: Responses = {404: {"model": Complaints, "description": "There is no such thing."}}
-NOT_NOW: Responses = {409: {"model": Complaints, "description": "The run's present state does not allow it."}}
 
 router = APIRouter(prefix="/api", responses=REFUSED)
 

@@ -76,11 +76,8 @@ def health() -> dict[str, str]:
 def _lifespan(data: DataFolder) -> Callable[[FastAPI], AbstractAsyncContextManager[None]]:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        database = data.open_database()
-        try:
+        with data.open_database() as database:
             app.state.services = Services(data=data, database=database, store=data.open_store())
             yield
-        finally:
-            database.close()
 
     return lifespan

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated, Any
+from typing import Annotated
 from uuid import UUID
 
 from fastapi import APIRouter, Path, Request, Response
@@ -15,6 +15,8 @@ from labels_db.labelling import NOBODY, expect_open, find_person, name_person, q
 from labels_db.leases import labeller_named, lease_queries, own_lease, release_lease
 from labels_db.models import Answer, Lease, utc_now
 from labels_db.runs import get_run
+from server.api_refusals import REFUSED, UNKNOWN, refusal
+from server.api_requests import RunId
 from server.labelling_identity import PersonDep, remember
 from server.labelling_models import (
     AnsweredOut,
@@ -28,22 +30,18 @@ from server.labelling_models import (
     RetractionIn,
     RowId,
 )
-from server.labelling_payload import answer_out, leases_out, queue_now, retraction_out, shown
+from server.labelling_payload import leases_out, queue_now, recorded_answer, retraction_out, shown
 from server.services import Services, ServicesDep
 
-router = APIRouter(prefix="/api", tags=["labelling"])
+router = APIRouter(prefix="/api", tags=["labelling"], responses=REFUSED)
 
-RunId = Annotated[str, Path(description="The run whose queries are answered.")]
 LeaseId = Annotated[RowId, Path(description="A lease of this labeller.")]
 
-Responses = dict[int | str, dict[str, Any]]
-NOT_FOUND: Responses = {
-    404: {"description": "No such run, or a lease or answer that is not this labeller's."}
-}
-CONFLICT: Responses = {409: {"description": "The run is archived, or the lease has been answered already."}}
+NOT_THEIRS = refusal(404, "No such run, or a lease or answer that is not this labeller's.")
+OVER = refusal(409, "The run is archived, or what was sent is settled already.")
 
 
-@router.get("/runs/{run_id}/queue", responses={**NOT_FOUND})
+@router.get("/runs/{run_id}/queue", responses=UNKNOWN)
 def queue(run_id: RunId, person: PersonDep, services: ServicesDep) -> QueueOut:
     """How far the answers have come and what the queue waits for; leases nothing."""
     with services.database.read() as session:
@@ -51,7 +49,7 @@ def queue(run_id: RunId, person: PersonDep, services: ServicesDep) -> QueueOut:
         return queue_now(session, run_id, me.id if me else NOBODY, utc_now())
 
 
-@router.post("/runs/{run_id}/leases", responses={**NOT_FOUND, **CONFLICT})
+@router.post("/runs/{run_id}/leases", responses=UNKNOWN | OVER)
 def lease(run_id: RunId, wanted: LeasesIn, person: PersonDep, services: ServicesDep) -> LeasesOut:
     """Lend this labeller up to `count` pairs: those held, renewed for another minute, and fresh ones."""
     with services.database.write() as session:
@@ -59,7 +57,7 @@ def lease(run_id: RunId, wanted: LeasesIn, person: PersonDep, services: Services
         return _next_leases(session, services, run_id, me, wanted.count, utc_now())
 
 
-@router.post("/runs/{run_id}/answers", responses={**NOT_FOUND, **CONFLICT})
+@router.post("/runs/{run_id}/answers", responses=NOT_THEIRS | OVER)
 def answer(run_id: RunId, given: AnswerIn, person: PersonDep, services: ServicesDep) -> AnsweredOut:
     """Record an answer and lend the next pairs, in one transaction."""
     now = utc_now()
@@ -67,10 +65,10 @@ def answer(run_id: RunId, given: AnswerIn, person: PersonDep, services: Services
         me = labeller_named(session, person.name).id
         recorded = record_answer(session, run_id, me, given, now)
         after = _next_leases(session, services, run_id, me, given.count, now)
-        return AnsweredOut(answer=answer_out(recorded), leases=after.leases, queue=after.queue)
+        return AnsweredOut(answer=recorded_answer(recorded), leases=after.leases, queue=after.queue)
 
 
-@router.post("/runs/{run_id}/answers/{answer_id}/retract", responses={**NOT_FOUND, **CONFLICT})
+@router.post("/runs/{run_id}/answers/{answer_id}/retract", responses=NOT_THEIRS | OVER)
 def retract(
     run_id: RunId, answer_id: UUID, wish: RetractionIn, person: PersonDep, services: ServicesDep
 ) -> RetractedOut:
@@ -90,7 +88,7 @@ def retract(
         )
 
 
-@router.post("/runs/{run_id}/leases/{lease_id}/release", status_code=204, responses={**NOT_FOUND})
+@router.post("/runs/{run_id}/leases/{lease_id}/release", status_code=204, responses=NOT_THEIRS)
 def release(run_id: RunId, lease_id: LeaseId, person: PersonDep, services: ServicesDep) -> None:
     """Give a pair back unanswered, so that others need not wait for the lease to lapse. Takes no body."""
     with services.database.write() as session:

@@ -10,7 +10,7 @@ from labels_db.labelling import Queue
 from labels_db.models import Desired, RunState
 from labels_db.numbers import number
 from server.labelling_models import MessageKind, MessageOut
-from server.words import duration
+from server.words import duration, plural
 
 Reason = Callable[[Queue, datetime], MessageOut | None]
 
@@ -75,8 +75,11 @@ def _not_begun(queue: Queue, _now: datetime) -> MessageOut | None:
     state = queue.run.state
     if state is RunState.QUEUED:
         ahead = (queue.place or 1) - 1
-        runs = "1 other run" if ahead == 1 else f"{ahead} other runs"
-        where = f"This run waits behind {runs}." if ahead else "This run is the next to start."
+        where = (
+            f"This run waits behind {plural(ahead, 'other run')}."
+            if ahead
+            else "This run is the next to start."
+        )
         return _say("queued", where, "Pairs come a while after it has started.")
     if state is RunState.STARTING:
         return _say("starting", "The run is starting. The first pairs come once the robot has moved a while.")
@@ -100,13 +103,13 @@ def _held_up(queue: Queue, now: datetime) -> MessageOut | None:
 def _on_their_way(queue: Queue, _now: datetime) -> MessageOut | None:
     progress, run = queue.progress, queue.run
     if progress.rendering:
-        coming = "1 pair is" if progress.rendering == 1 else f"{progress.rendering} pairs are"
+        coming = plural(progress.rendering, "pair") + (" is" if progress.rendering == 1 else " are")
         return _say("rendering", f"{coming} being drawn: the first is ready in a moment.")
     if progress.open:
         left = "The last pair is" if progress.open == 1 else f"The {progress.open} pairs that are left are"
         return _say("others", f"{left} with other labellers just now.", BY_ITSELF)
     if run.state is RunState.WAITING:
-        wanted = "1 answer" if run.wanted_answers == 1 else f"{run.wanted_answers} answers"
+        wanted = plural(run.wanted_answers, "answer")
         return _say("waiting", f"The agent waits for {wanted}: the next pairs are on their way.")
     return None
 

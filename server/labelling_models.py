@@ -6,12 +6,13 @@ from datetime import datetime
 from typing import Annotated, Literal
 from uuid import UUID
 
-from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, AwareDatetime, BaseModel, Field, StringConstraints
 
 from labels_db.models import Pressed, RunState
+from server.api_replies import GoalOut
+from server.api_requests import LARGEST, Asked
 
 MAX_LEASES = 8
-LARGEST_ID = 2**53  # what JavaScript counts to; SQLite goes further
 
 
 def _plausible(moment: datetime) -> datetime:
@@ -20,24 +21,18 @@ def _plausible(moment: datetime) -> datetime:
     return moment
 
 
-RowId = Annotated[int, Field(ge=1, le=LARGEST_ID)]
+RowId = Annotated[int, Field(ge=1, le=LARGEST)]
 Moment = Annotated[AwareDatetime, AfterValidator(_plausible)]
 PersonName = Annotated[
     str, StringConstraints(strip_whitespace=True, min_length=1, max_length=60, pattern=r"^[^\x00-\x1f\x7f]+$")
 ]
 
 
-class In(BaseModel):
-    """A request body; keys it does not know are refused."""
-
-    model_config = ConfigDict(extra="forbid")
-
-
-class LeasesIn(In):
+class LeasesIn(Asked):
     count: int = Field(4, ge=1, le=MAX_LEASES, description="Leases wanted in all, held ones included.")
 
 
-class AnswerIn(In):
+class AnswerIn(Asked):
     answer_id: UUID = Field(description="Made by the client; sent again, it changes nothing.")
     lease_id: RowId = Field(description="The lease under which the pair was shown.")
     pressed: Pressed = Field(description="The side preferred as shown, `equal`, or `skip` for cannot tell.")
@@ -46,12 +41,12 @@ class AnswerIn(In):
     count: int = Field(1, ge=0, le=MAX_LEASES, description="Leases wanted in the reply, held ones included.")
 
 
-class RetractionIn(In):
+class RetractionIn(Asked):
     retraction_id: UUID = Field(description="Made by the client; sent again, it changes nothing.")
     count: int = Field(1, ge=0, le=MAX_LEASES, description="Leases wanted in the reply, held ones included.")
 
 
-class LabellerIn(In):
+class LabellerIn(Asked):
     name: PersonName = Field(description="Who labels in this browser from now on.")
 
 
@@ -105,11 +100,6 @@ class MessageOut(BaseModel):
     seconds: float | None = Field(None, description="Until the next pairs, where that is known.")
 
 
-class GoalOut(BaseModel):
-    version: int
-    text: str
-
-
 class QueueOut(BaseModel):
     """How far the run's answers have come, and what its queue waits for."""
 
@@ -121,7 +111,7 @@ class QueueOut(BaseModel):
     available: int = Field(description="Queries that this labeller holds or could lease.")
     rendering: int = Field(description="Queries asked whose clips are still being drawn.")
     message: MessageOut | None = Field(description="Why there is no pair; absent while there are some.")
-    goal: GoalOut | None
+    goal: GoalOut
     taught: str = Field(description="Changes whenever there is a new policy video or fit.")
 
 
@@ -130,7 +120,7 @@ class LeasesOut(BaseModel):
     queue: QueueOut
 
 
-class AnswerOut(BaseModel):
+class RecordedAnswer(BaseModel):
     """An answer as it is recorded."""
 
     answer_id: str
@@ -142,7 +132,7 @@ class AnswerOut(BaseModel):
 
 
 class AnsweredOut(LeasesOut):
-    answer: AnswerOut
+    answer: RecordedAnswer
 
 
 class RetractionOut(BaseModel):

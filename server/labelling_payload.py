@@ -11,14 +11,14 @@ from labels_db.labelling import Queue, load_clips, queue_of
 from labels_db.models import Answer, Lease, Segment
 from server.labelling_message import empty_message
 from server.labelling_models import (
-    AnswerOut,
     ClipOut,
-    GoalOut,
     LeaseOut,
     LeasesOut,
     QueueOut,
+    RecordedAnswer,
     RetractionOut,
 )
+from server.replies import goal_out
 
 
 def leases_out(session: Session, leases: Sequence[Lease], queue: Queue, now: datetime) -> LeasesOut:
@@ -60,7 +60,7 @@ def _clip(segment: Segment) -> ClipOut:
 
 
 def queue_out(queue: Queue, now: datetime) -> QueueOut:
-    progress, goal = queue.progress, queue.goal
+    progress = queue.progress
     return QueueOut(
         state=queue.run.state,
         given=progress.given,
@@ -70,7 +70,7 @@ def queue_out(queue: Queue, now: datetime) -> QueueOut:
         available=queue.available,
         rendering=progress.rendering,
         message=None if queue.available else empty_message(queue, now),
-        goal=goal and GoalOut(version=goal.version, text=goal.text),
+        goal=goal_out(queue.run.goal),
         taught=f"{queue.video_step}-{queue.fits}",
     )
 
@@ -79,10 +79,10 @@ def queue_now(session: Session, run_id: str, labeller_id: int, now: datetime) ->
     return queue_out(queue_of(session, run_id, labeller_id, now=now), now)
 
 
-def answer_out(answer: Answer) -> AnswerOut:
+def recorded_answer(answer: Answer) -> RecordedAnswer:
     assert answer.lease_id is not None, "a retraction is no answer"
     assert answer.pressed is not None, "a retraction is no answer"
-    return AnswerOut(
+    return RecordedAnswer(
         answer_id=answer.answer_id,
         lease_id=answer.lease_id,
         query_id=answer.query_id,

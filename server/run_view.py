@@ -33,7 +33,7 @@ class RunView:
 
     @property
     def last_return(self) -> float | None:
-        return self.seen.returns[-1][1] if self.seen.returns else None
+        return self.seen.last_return
 
     @property
     def sparkline(self) -> str:

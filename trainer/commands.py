@@ -123,13 +123,13 @@ def do(command: Command, database: Database, store: ArtifactStore) -> dict[str, 
 def main(arguments: list[str]) -> int:
     command_id, path, *url = arguments
     data = DataFolder(Path(path), url[0] if url else None)
-    database, store = data.open_database(), data.open_store()
-    with database.read() as session:
-        command = session.get_one(Command, int(command_id))
-    result = do(command, database, store)
-    with database.write() as session:
-        commands.finish(session, command.id, result)
-    database.close()
+    store = data.open_store()
+    with data.open_database() as database:
+        with database.read() as session:
+            command = session.get_one(Command, int(command_id))
+        result = do(command, database, store)
+        with database.write() as session:
+            commands.finish(session, command.id, result)
     return 1 if "error" in result else 0
 
 

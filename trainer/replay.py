@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import torch
-
 from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.runs import config_of, get_run
@@ -89,5 +87,4 @@ def replay(database: Database, store: ArtifactStore, run_id: str, advance: Calla
         if cursor is None:
             break
         training.learn_reward(cursor)
-    torch.set_num_threads(config.threads)
     return Replayed(run_id, recorded["step"], digest(recorded), digest(training.state()))

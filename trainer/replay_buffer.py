@@ -72,20 +72,6 @@ class ReplayBuffer:
         self._columns(rows)[2].copy_(rewards)
         self._append(rows)
 
-    def add(
-        self,
-        observation: Tensor,
-        action: Tensor,
-        reward: Tensor,
-        next_observation: Tensor,
-        terminated: Tensor,
-    ) -> None:
-        """Append N transitions, given as [N, …]."""
-        going_on = 1.0 - terminated.float()
-        self._append(
-            torch.cat([observation, action, reward[:, None], next_observation, going_on[:, None]], 1)
-        )
-
     def _append(self, rows: Tensor) -> None:
         start = self.added % self.capacity
         until_the_end = rows[: self.capacity - start]

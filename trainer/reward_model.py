@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import torch
-import torch.nn.functional as F  # noqa: N812  (PyTorch's own convention)
 from torch import Tensor
 
 from labels_db.records import FitReport
@@ -43,12 +42,6 @@ class Preferences:
 def preference_logit(first_sums: Tensor, second_sums: Tensor) -> Tensor:
     """log-odds of P[σ¹ ≻ σ⁰] = softmax of the segments' undiscounted sums of r̂ (equation 3)."""
     return second_sums - first_sums
-
-
-def preference_loss(logit: Tensor, label: Tensor, smoothing: float = 0.0) -> Tensor:
-    """Cross-entropy with soft targets (equation 4), each pair's: [E, n] and [n] → [E, n]."""
-    soft = smoothed(label, smoothing).expand_as(logit)
-    return F.binary_cross_entropy_with_logits(logit, soft, reduction="none")
 
 
 def smoothed(label: Tensor, smoothing: float) -> Tensor:

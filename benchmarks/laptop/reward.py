@@ -67,12 +67,11 @@ class Asked:
 
 def asked_in(data: DataFolder, run_id: str) -> tuple[str, list[Asked]]:
     """The run's environment and its sessions, in order."""
-    database, store = data.open_database(), data.open_store()
-    with database.read() as session:
+    store = data.open_store()
+    with data.open_database() as database, database.read() as session:
         environment = config_of(get_run(session, run_id)).environment.name
         numbers = [record.session.id for record in sessions_of(session, run_id)]
         sessions = [_asked(store, session_queries(session, number)) for number in numbers]
-    database.close()
     return environment, sessions
 
 
@@ -115,11 +114,8 @@ def _joined(parts: list[Preferences]) -> Preferences:
 
 
 def runs_in(data: DataFolder) -> list[str]:
-    database = data.open_database()
-    with database.read() as session:
-        found = list(session.scalars(select(Run.id).order_by(Run.id)))
-    database.close()
-    return found
+    with data.open_database() as database, database.read() as session:
+        return list(session.scalars(select(Run.id).order_by(Run.id)))
 
 
 def compared(data: DataFolder, run_id: str) -> Iterator[dict[str, Any]]:

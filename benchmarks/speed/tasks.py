@@ -13,6 +13,7 @@ from benchmarks.speed.work import ACTION, CPU, OBSERVATION, PRECISIONS, Work, as
 from labels_db.run_config import SAC
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_autograd import AutogradUpdate
+from trainer.collector import Transitions
 from trainer.nearest_so_far import NearestSoFar
 from trainer.neighbours import neighbour_distance
 from trainer.randomness import Randomness
@@ -45,8 +46,9 @@ def sac(width: int, batch: int, precision: str = "float32", plain: bool = False)
     )
     rng = np.random.default_rng(0)
     rows = [rng.normal(size=(5000, n)).astype(np.float32) for n in (OBSERVATION, ACTION, 1, OBSERVATION)]
-    columns = (rows[0], np.tanh(rows[1]), rows[2][:, 0], rows[3], np.zeros(5000, bool))
-    agent.buffer.add(*map(torch.from_numpy, columns))
+    rewards, going_on = rows[2][:, 0], np.zeros(5000, bool)
+    lived = Transitions(rows[0], np.tanh(rows[1]), rewards, rows[3], going_on, going_on, ())
+    agent.buffer.remember(lived, torch.from_numpy(rewards))
     if plain:
         as_pytorch_comes()
         agent._update = AutogradUpdate(agent)

@@ -47,6 +47,11 @@ class Run(Base):
 
     goal_cards: Mapped[list[GoalCard]] = relationship(order_by="GoalCard.version")
 
+    @property
+    def goal(self) -> GoalCard:
+        """The latest goal card; a run is asked for with its first."""
+        return self.goal_cards[-1]
+
 
 class ExperimentTitle(Base):
     """What people read where an experiment is meant; runs know it by its name."""

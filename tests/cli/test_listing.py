@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from datetime import timedelta
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -11,7 +14,8 @@ from cli.listing import list_presets, list_runs
 from labels_db.data_folder import DataFolder
 from labels_db.methods import methods
 from labels_db.presets import presets
-from tests.labels_db.given import a_run
+from labels_db.records import record_evaluation
+from tests.labels_db.given import a_claim, a_run, an_answer, labeller, leases, queries
 
 
 @pytest.fixture(autouse=True)
@@ -31,11 +35,39 @@ def test_names_of_presets_and_methods_are_whole(capsys: pytest.CaptureFixture[st
     assert set(methods()) <= first_words(capsys)
 
 
+def test_square_brackets_in_a_goal_are_shown(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    odd = SimpleNamespace(
+        name="spin", title="Spin", environment="gym:Spin", profiles={}, goal="Turn [clockwise] :wave:"
+    )
+    monkeypatch.setattr("cli.listing.presets", lambda: {"spin": odd})
+    list_presets(as_json=False)
+    shown = capsys.readouterr().out
+    assert "[clockwise]" in shown
+    assert ":wave:" in shown
+
+
 def test_names_of_runs_are_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data, name = DataFolder(tmp_path), "claims-laptop-walker-walk-no-pretraining-1"
-    database = data.open_database()
-    with database.write() as session:
+    with data.open_database() as database, database.write() as session:
         a_run(session, name)
-    database.close()
     list_runs(data, as_json=False)
     assert name in first_words(capsys)
+
+
+def test_runs_are_listed_with_what_they_came_to(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = DataFolder(tmp_path)
+    with data.open_database() as database, database.write() as session:
+        owner = a_claim(session, "mill", budget=20)
+        queries(session, owner, 2)
+        for number, lease in enumerate(leases(session, labeller(session), 2)):
+            an_answer(session, lease, f"a-{number}")
+        for step, reached in ((100, 3.0), (200, 5.0)):
+            record_evaluation(session, owner, step=step, returns=[reached], measures={}, video_key=None)
+        later = a_run(session, "wave")
+        later.created_at += timedelta(seconds=1)
+    list_runs(data, as_json=True)
+    wave, mill = json.loads(capsys.readouterr().out)
+    assert (wave["run"], wave["state"], wave["answers"], wave["return"]) == ("wave", "queued", 0, None)
+    assert (mill["run"], mill["answers"], mill["budget"], mill["return"]) == ("mill", 2, 20, 5.0)

@@ -11,6 +11,7 @@ import numpy as np
 from labels_db.run_config import Behaviour, DMControl
 from tests.environments.given import started
 from trainer.environments import Action, Environment, PhysicsState
+from trainer.environments.behaviours import Measures
 
 SEED = 3
 Pose = Mapping[str, float]
@@ -52,3 +53,14 @@ def action_of(environment: Environment, controls: Mapping[str, float]) -> Action
     wished = np.array([controls.get(model.actuator(i).name, 0.0) for i in range(model.nu)])
     action: Action = ((wished - low) / (high - low) * 2 - 1).astype(np.float32)
     return action
+
+
+def judge(environment: Any, states: PhysicsState) -> tuple[list[float], Measures]:
+    """Rewards [L - 1] and measures of an episode whose states [L, S] were stored from its start on."""
+    environment.restore(SEED, states[0])
+    environment._wish.begin(environment._physics)
+    rewards = []
+    for state in states[1:]:
+        environment.restore(SEED, state)
+        rewards.append(environment._wish.reward(environment._physics))
+    return rewards, environment._wish.measures(environment._physics)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from labels_db.run_config import Behaviour
-from tests.environments.motions import SEED, Pose, states_of, suite_environment
+from tests.environments.motions import SEED, Pose, judge, states_of, suite_environment
 from trainer.environments.behaviours import Measures
 from trainer.environments.behaviours.hopper import BODY
 from trainer.environments.behaviours.shapes import clearances
@@ -26,7 +26,7 @@ def hopper() -> Any:
 
 
 def judged(hopper: Any, poses: Sequence[Pose]) -> tuple[list[float], Measures]:
-    rewards, measures = hopper.judge(SEED, states_of(hopper, poses))
+    rewards, measures = judge(hopper, states_of(hopper, poses))
     return rewards, measures
 
 

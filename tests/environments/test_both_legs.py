@@ -11,7 +11,7 @@ import pytest
 
 from labels_db.run_config import Behaviour, DMControl
 from tests.environments.given import actions
-from tests.environments.motions import SEED, Pose, states_of, suite_environment
+from tests.environments.motions import SEED, Pose, judge, states_of, suite_environment
 from trainer.environments.behaviours import Measures
 from trainer.environments.behaviours.shapes import clearances
 
@@ -78,7 +78,7 @@ def flat_feet(pose: dict[str, float]) -> dict[str, float]:
 
 def judged(walker: Any, gait: Gait, **how: float) -> tuple[float, Measures]:
     """Mean reward after the first two seconds, and measures."""
-    rewards, measures = walker.judge(SEED, lived(walker, gait, **how))
+    rewards, measures = judge(walker, lived(walker, gait, **how))
     return float(np.mean(rewards[80:])), measures
 
 
@@ -115,7 +115,7 @@ def test_slow_turns_count_less_and_rare_ones_not(walker: Any) -> None:
 def test_legs_kicked_while_lying_do_not_count(walker: Any) -> None:
     states = lived(walker, walk)
     states[:, ROOT_HEIGHT] -= 1.0
-    rewards, measures = walker.judge(SEED, states)
+    rewards, measures = judge(walker, states)
     assert measures["alternation"] == 0.0
     assert max(rewards) < 0.2
 
@@ -127,7 +127,7 @@ def test_who_sits_gains_nothing_by_moving(walker: Any, down: float, moving: floa
     for speed in (0.0, 1.0):
         states = lived(walker, stand, speed=speed)
         states[:, ROOT_HEIGHT] -= down  # of a torso at 1.3 m
-        rewards.append(np.mean(walker.judge(SEED, states)[0]))
+        rewards.append(np.mean(judge(walker, states)[0]))
     assert rewards[1] - rewards[0] == pytest.approx(moving, abs=0.002)
 
 
@@ -139,12 +139,12 @@ def test_the_suites_own_task_is_measured_alike() -> None:
         _, reward, *_, info = walker.step(action)
         states.append(walker.physics_state())
         rewards.append(reward)
-    again, measures = walker.judge(SEED, np.array(states))
+    again, measures = judge(walker, np.array(states))
     assert measures == info["measures"]
     assert again == pytest.approx(rewards)
     plain = suite_environment(DMControl(task="walker-walk"))
     gait = lived(plain, walk)
-    whole, half = plain.judge(SEED, gait)[1], plain.judge(SEED, gait[::2])[1]
+    whole, half = judge(plain, gait)[1], judge(plain, gait[::2])[1]
     assert whole["alternation"] == pytest.approx(half["alternation"], abs=0.05)
     assert whole["alternation"] > 0.85
 
@@ -154,7 +154,7 @@ def test_turns_go_on_after_a_resume(walker: Any) -> None:
     del walker
     config = Behaviour(behaviour="walker-walk-both-legs")
     first, second = suite_environment(config), suite_environment(config)
-    first.judge(SEED, lived(first, walk))
+    judge(first, lived(first, walk))
     state = first.get_state()
     second.set_state(state)
     assert second.get_state().wish == state.wish

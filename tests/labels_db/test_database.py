@@ -57,6 +57,13 @@ def test_an_older_sqlite_keeps_a_rollback_journal(data: DataFolder, monkeypatch:
     older.close()
 
 
+def test_a_database_opened_by_with_gives_its_connections_back(data: DataFolder) -> None:
+    with data.open_database() as database:
+        _pragma(database, "journal_mode")
+        used = database.engine.pool
+    assert database.engine.pool is not used  # a closed engine begins anew, without connections
+
+
 def test_opening_waits_while_another_process_creates_the_database(tmp_path: Path) -> None:
     path = tmp_path / "new.db"
     creator = sqlite.connect(str(path), isolation_level=None, check_same_thread=False)

@@ -42,6 +42,12 @@ def test_metrics_are_read_after_a_step_in_order(database: Database) -> None:
         numbers = [Measurement(step, "loss", step / 10) for step in (30, 10, 20)]
         records.record_metrics(session, owner, [*numbers, Measurement(20, "unseen", 1.0)])
         assert _metrics(session, 10) == [("loss", 20, 2.0), ("loss", 30, 3.0)]
+        every = records.metrics_since(session, "mill", 10, [])
+        assert {(metric.name, metric.step) for metric in every} == {
+            ("loss", 20),
+            ("unseen", 20),
+            ("loss", 30),
+        }
 
 
 def test_a_number_measured_again_replaces_the_earlier(database: Database) -> None:

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from labels_db.claims import Claim
 from labels_db.feedback_sessions import session_queries
+from labels_db.records import Measurement, record_metrics
 from tests.server.conftest import Site
 from tests.web import demo
 
@@ -37,6 +39,17 @@ def test_metrics_come_by_name_and_after_a_step(site: Site, run: str) -> None:
     assert list(some) == ["episode_return"]
     assert some["episode_return"]["steps"] == [4000, 5000]
     assert site.client.get(f"{path}?names=nothing").json()["series"] == {}
+
+
+def test_without_names_every_metric_comes(site: Site, run: str) -> None:
+    """What an agent measures of itself is its own affair: these are PPO's."""
+    with site.database.write() as session:
+        names = ["policy_gradient_loss", "batch_reward"]
+        record_metrics(session, Claim(run, 1), [Measurement(5000, name, 0.5) for name in names])
+    series = site.client.get(f"/api/runs/{run}/metrics").json()["series"]
+    assert set(series) == {*names, "episode_return", "steps_per_second"}
+    chosen = site.client.get(f"/api/runs/{run}/metrics", params={"names": names[0]}).json()["series"]
+    assert chosen == {names[0]: {"steps": [5000], "values": [0.5]}}
 
 
 def test_evaluations_name_their_videos(site: Site, run: str) -> None:

@@ -80,7 +80,7 @@ def test_a_lease_has_two_clips_and_nothing_that_leads(run: LabelRun, ann: TestCl
         *("url", "frames", "rows", "columns", "width", "height", "duration", "times")
     }
     assert len(leases[0]["left"]["times"]) == leases[0]["left"]["frames"] == 25
-    assert queue["goal"] == {"version": 1, "text": GOAL}
+    assert (queue["goal"]["version"], queue["goal"]["text"]) == (1, GOAL)
     assert (queue["given"], queue["budget"], queue["open"], queue["available"]) == (0, 50, 3, 3)
     assert not has_true_return(reply.text)
 
@@ -326,8 +326,10 @@ def test_a_browser_is_one_labeller_until_it_is_named(run: LabelRun, data: DataFo
         assert reason(browser.put("/api/labeller", json={"name": "  "}))["field"] == "name"
 
 
-def test_the_actions_are_described(ann: TestClient) -> None:
+def test_the_actions_are_described_with_what_they_refuse(ann: TestClient) -> None:
     paths = ann.get("/api/openapi.json").json()["paths"]
     base = "/api/runs/{run_id}"
-    assert {f"{base}/leases", f"{base}/answers", f"{base}/answers/{{answer_id}}/retract"} <= set(paths)
+    actions = [f"{base}/leases", f"{base}/answers", f"{base}/answers/{{answer_id}}/retract"]
+    for action in actions:
+        assert {"400", "401", "403", "404", "409", "413", "422"} <= set(paths[action]["post"]["responses"])
     assert not any("label" in path and "/api" not in path for path in paths)

@@ -38,7 +38,6 @@ def a_queue(*, place: int | None = None, asks_people: bool = True, progress: Any
         progress=replace(PROGRESS, **(progress or {})),
         available=0,
         place=place,
-        goal=None,
         video_step=None,
         fits=0,
     )

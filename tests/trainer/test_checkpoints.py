@@ -15,6 +15,7 @@ from labels_db.models import RunState
 from labels_db.records import checkpoints_of, forget_checkpoints
 from labels_db.storage import ArtifactStore
 from tests.trainer.conftest import RUN, Lab, small_config
+from tests.trainer.given import lived
 from trainer import buffer_chunks
 from trainer.buffer_chunks import BufferChunks
 from trainer.checkpoints import KEPT, CheckpointError, Checkpoints, keys_of
@@ -51,13 +52,8 @@ def fill(buffer: ReplayBuffer, count: int, envs: int, rng: np.random.Generator, 
     for step in range(count):
         following = rng.normal(size=(envs, 2)).astype(np.float32)
         numbers = rng.normal(size=(envs, 2)).astype(np.float32)
-        buffer.add(
-            torch.from_numpy(state),
-            torch.from_numpy(numbers[:, :1]),
-            torch.from_numpy(numbers[:, 1]),
-            torch.from_numpy(following),
-            torch.tensor([step % 5 == 0] * envs),
-        )
+        ended = np.array([step % 5 == 0] * envs)
+        buffer.remember(lived(state, numbers[:, :1], following, ended), torch.from_numpy(numbers[:, 1]))
         state = rng.normal(size=(envs, 2)).astype(np.float32) if step % episode == 0 else following
 
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labels_db.run_config import SAC, LearnedReward
-from tests.trainer.given import lived
+from tests.trainer.given import lived, preference_loss
 from tests.trainer.test_segments import pool_of
 from trainer.adam import FlatAdam
 from trainer.agents.sac import SACAgent
@@ -23,7 +23,7 @@ from trainer.candidate_scores import pair_probabilities
 from trainer.networks import EnsembleMLP, linear_default, orthogonal
 from trainer.passes import Passes, Room
 from trainer.randomness import Randomness
-from trainer.reward_model import Preferences, RewardModel, preference_logit, preference_loss
+from trainer.reward_model import Preferences, RewardModel, preference_logit
 from trainer.segments import PairSampler
 
 CPU = torch.device("cpu")

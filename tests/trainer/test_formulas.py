@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labels_db.run_config import SAC, LearnedReward, StateEntropy
-from tests.trainer.given import lived
+from tests.trainer.given import lived, preference_loss, remember
 from trainer.agents.sac import SACAgent
 from trainer.agents.sac_by_hand import UpdateByHand
 from trainer.candidate_scores import disagreement, entropy
@@ -22,7 +22,7 @@ from trainer.neighbours import neighbour_distance
 from trainer.networks import Actor, tanh_gaussian_log_prob
 from trainer.randomness import Randomness
 from trainer.replay_buffer import Batch, ReplayBuffer
-from trainer.reward_model import Preferences, RewardModel, preference_logit, preference_loss
+from trainer.reward_model import Preferences, RewardModel, preference_logit
 
 CPU = torch.device("cpu")
 
@@ -143,7 +143,7 @@ def test_intrinsic_reward_is_divided_but_neither_centred_nor_clipped(transform: 
     buffer = ReplayBuffer(10, 1, 1)
     points = torch.tensor([[0.0], [2.0], [5.0], [9.0]])
     zeros = torch.zeros(4, 1)
-    buffer.add(points, zeros, torch.zeros(4), points, torch.zeros(4))
+    remember(buffer, points, zeros, torch.zeros(4), points)
     reward = StateEntropyReward(StateEntropy(neighbours=1, transform=transform), buffer, Randomness(0))
     rows = torch.arange(4)
     batch = Batch(rows, points, zeros, torch.zeros(4), points, torch.ones(4))
@@ -223,7 +223,7 @@ def test_relabelling_writes_every_valid_row_also_when_the_ring_has_wrapped(
     buffer.RELABEL_ROWS = 7  # several slices even in a small buffer
     for _ in range(added):
         row = [torch.randn(1, n, generator=generator) for n in (3, 2, 3)]
-        buffer.add(row[0], row[1], torch.full((1,), 99.0), row[2], torch.zeros(1))
+        remember(buffer, row[0], row[1], torch.full((1,), 99.0), row[2])
     model = reward_model()
     model._rows = 3  # nor do the model's own parts end where the buffer's do
     buffer.relabel(model)
@@ -263,7 +263,7 @@ def test_the_ring_keeps_the_latest_rows(at_once: int) -> None:
     buffer = ReplayBuffer(4, 1, 1)
     for values in torch.split(torch.arange(6.0), at_once):
         column = values[:, None]
-        buffer.add(column, column, values, column, torch.zeros(len(values)))
+        remember(buffer, column, column, values, column)
     torch.testing.assert_close(buffer.observation[:, 0], buffer.reward)
     assert sorted(buffer.reward.tolist()) == [2.0, 3.0, 4.0, 5.0]
     assert buffer.added == 6

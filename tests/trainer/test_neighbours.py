@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labels_db.run_config import StateEntropy
+from tests.trainer.given import remember
 from trainer import neighbours
 from trainer.exploration import StateEntropyReward, one_of_each_part
 from trainer.nearest_so_far import NearestSoFar
@@ -85,7 +86,7 @@ def test_a_ring_that_has_come_round_is_searched_anew() -> None:
     generator = torch.Generator().manual_seed(0)
     for _ in range(7):
         states, zeros = torch.randn(100, 2, generator=generator), torch.zeros(100, 1)
-        buffer.add(states, zeros, zeros[:, 0], states, zeros[:, 0])
+        remember(buffer, states, zeros, zeros[:, 0], states)
         batch = buffer.sample(64, generator)
         found = reward._distance(batch)
         expected = plain_neighbour_distance(batch.observation, batch.rows, buffer.observations(), 5)
@@ -136,7 +137,7 @@ def test_states_compared_bounds_the_search_and_leaves_out_the_state_itself() -> 
     buffer = ReplayBuffer(1000, 2, 1)
     states = torch.randn(1000, 2, generator=torch.Generator().manual_seed(0))
     zeros = torch.zeros(1000, 1)
-    buffer.add(states, zeros, zeros[:, 0], states, zeros[:, 0])
+    remember(buffer, states, zeros, zeros[:, 0], states)
     reward = StateEntropyReward(StateEntropy(states_compared=200), buffer, Randomness(0))
     batch = buffer.sample(64, torch.Generator().manual_seed(1))
     compared, own = reward._compared(batch)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from dm_control.rl.control import PhysicsError
 
-from trainer.environments.behaviours import Measures, Start, Wish, as_the_task_starts
+from trainer.environments.behaviours import Start, Wish, as_the_task_starts
 from trainer.environments.episodic import Control
-from trainer.environments.interface import EnvironmentState, Observation, PhysicsState
+from trainer.environments.interface import EnvironmentState, Observation
 from trainer.environments.json_state import random_from_json, random_to_json, seed_random
 from trainer.environments.simulated import SimulatedEnvironment
 from trainer.environments.suite_task import (
@@ -52,16 +52,6 @@ class SuiteEnvironment(SimulatedEnvironment):
     @property
     def data(self) -> Any:
         return self._physics.data.ptr
-
-    def judge(self, episode_seed: int, states: PhysicsState) -> tuple[list[float], Measures]:
-        """Rewards [L - 1] and measures of an episode whose states [L, S] were stored from its start on."""
-        self.restore(episode_seed, states[0])
-        self._wish.begin(self._physics)
-        rewards = []
-        for state in states[1:]:
-            self.restore(episode_seed, state)
-            rewards.append(self._wish.reward(self._physics))
-        return rewards, self._wish.measures(self._physics)
 
     def _begin(self, seed: int) -> None:
         self._diverged = False

@@ -40,10 +40,8 @@ class Drawing:
 
     def runs_here(self, figure: Strips | Queries) -> Iterator[tuple[str, str, dict[int, Run]]]:
         """Of each task and method shown, the runs by seed that the data folder has: of joined ones it has results."""
-        database = self.data.open_database()
-        with database.read() as session:
+        with self.data.open_database() as database, database.read() as session:
             here = {run.id: run for run in runs_of_experiment(session, self.experiment.name)}
-        database.close()
         planned = [one for one in self.experiment.planned() if one.run_id in here]
         for task, method in product(self.tasks(figure.tasks), self.methods(figure.methods)):
             same = [one for one in planned if (one.task, one.compared.name) == (task, method)]

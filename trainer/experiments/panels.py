@@ -14,7 +14,7 @@ def panels(count: int) -> list[Any]:
 
     across = min(count, ACROSS)
     down = -(-count // across)
-    figure, grid = pyplot.subplots(
+    _, grid = pyplot.subplots(
         down, across, figsize=(4.6 * across, 3.6 * down), squeeze=False, sharey=True, layout="constrained"
     )
     panels = list(grid.flat)
@@ -23,7 +23,6 @@ def panels(count: int) -> list[Any]:
     for axes in panels[:count]:
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(alpha=0.25)
-    del figure
     return panels[:count]
 
 

@@ -45,9 +45,8 @@ def strips(rows: list[Row], data: DataFolder, frames: int, path: Path) -> Path:
 
 
 def _strip(row: Row, data: DataFolder, frames: int) -> Picture:
-    database = data.open_database()
-    policy = load_policy(database, data.open_store(), row.run_id)
-    database.close()
+    with data.open_database() as database:
+        policy = load_policy(database, data.open_store(), row.run_id)
     config = policy.config
     environment = make_environment(config.environment)
     lived = evaluate(policy, environment, seed=config.seed, episodes=5)
@@ -77,8 +76,8 @@ def query_sheet(
 def _asked(
     title: str, run_id: str, data: DataFolder, sessions: list[int], count: int
 ) -> list[tuple[str, Picture]]:
-    database, store = data.open_database(), data.open_store()
-    with database.read() as session:
+    store = data.open_store()
+    with data.open_database() as database, database.read() as session:
         config = config_of(get_run(session, run_id))
         asked = session.execute(
             select(FeedbackSession.index, Query)
@@ -87,7 +86,6 @@ def _asked(
             .order_by(FeedbackSession.index, Query.index)
         ).all()
         pairs = [(index, query.index, query.first, query.second) for index, query in asked]
-    database.close()
     states = [states_from_bytes(store.read(s.artifact_key, s.checksum)) for *_, a, b in pairs for s in (a, b)]
     clips = [_frames(clip, ASKED_FRAMES) for clip in _drawn(config, states)]
     return [

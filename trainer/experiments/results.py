@@ -73,12 +73,10 @@ def _own_rows(
     experiment: Experiment, data: DataFolder, joined: Collection[str]
 ) -> tuple[list[Row], set[str]]:
     """Rows of the runs here, but for those of which the joined ones count; and the names of these."""
-    database = data.open_database()
-    with database.read() as session:
+    with data.open_database() as database, database.read() as session:
         elsewhere = done_elsewhere(session, joined)
         runs = [run for run in runs_of_experiment(session, experiment.name) if run.id not in elsewhere]
         rows = list(_rows(session, runs))
-    database.close()
     return rows, elsewhere
 
 

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.experiments import Experiment, done_elsewhere, request_experiment, runs_of_experiment
-from labels_db.models import Run, RunState
+from labels_db.models import ENDED, Run, RunState
 from trainer.experiments.joining import joined_runs
 from trainer.experiments.provenance import write_plan, write_versions
 from trainer.experiments.results import write_results
 from trainer.launcher import LocalLauncher
 from trainer.supervisor import LOOK_SECONDS, Supervisor
-
-OVER = {RunState.FINISHED, RunState.FAILED, RunState.STOPPED}
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class Standing:
 
     @property
     def over(self) -> bool:
-        return all(run.state in OVER for run in self.runs)
+        return all(run.state in ENDED for run in self.runs)
 
     @property
     def failed(self) -> list[str]:

@@ -57,9 +57,6 @@ class Painter:
             paint.lighten_sky(frame)
         return frame
 
-    def close(self) -> None:
-        self._renderer.close()
-
     def _pixel(self, height: int) -> float:
         """Metres that one pixel shows where the camera looks."""
         return 2 * self._framing.distance * math.tan(math.radians(FIELD_OF_VIEW) / 2) / height

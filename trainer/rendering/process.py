@@ -40,10 +40,6 @@ class ChildProcess:
         settings = {"environment": environment.model_dump(), "clips": clips.model_dump()}
         self.send({**settings, "catalogues": catalogues})
 
-    @property
-    def pid(self) -> int:
-        return self._process.pid
-
     def send(self, header: Header, body: bytes = b"") -> None:
         """Hand over a message; one that a dead process cannot take is sent again to its successor."""
         assert self._process.stdin is not None

@@ -92,11 +92,6 @@ class Renderer:
         """The MP4 of an episode's states [T, S], in real time; waiting clips go first."""
         return self._ask("video", episode_seed, states, step_seconds)
 
-    @property
-    def process_id(self) -> int | None:
-        """The rendering process, while there is one."""
-        return None if self._child is None else self._child.pid
-
     def close(self) -> None:
         """End the process; what was not drawn by now fails with `RenderingLost`."""
         self._give_up(RenderingLost("rendering: the renderer was closed before this was drawn"))
