@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Collection
 
 import uvicorn
 
@@ -13,10 +14,11 @@ from server.serve import listen
 
 
 class Serving:
-    """The application on one port, which it keeps over restarts."""
+    """The application on one port, which it keeps over restarts; `hosts` may change between them."""
 
-    def __init__(self, data: DataFolder) -> None:
+    def __init__(self, data: DataFolder, hosts: Collection[str] = ()) -> None:
         self.data = data
+        self.hosts = hosts
         self.port = 0
 
     @property
@@ -27,7 +29,9 @@ class Serving:
         """Returns once connections are taken."""
         listener = listen("127.0.0.1", self.port)
         self.port = listener.getsockname()[1]
-        config = uvicorn.Config(create_app(self.data), log_level="critical", access_log=False)
+        config = uvicorn.Config(
+            create_app(self.data, hosts=self.hosts), log_level="critical", access_log=False
+        )
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [listener]})
         self._thread.start()

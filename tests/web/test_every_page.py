@@ -31,7 +31,7 @@ def addresses(server: LiveServer) -> list[str]:
         first, second, *_ = demo_experiment.populate(session)
     pages = ["/", "/new?preset=walker-walk", "/runs/nobody", "/sign-in"]
     pages += [f"/experiments/{demo_experiment.NAME}", f"/experiments/{demo_experiment.NAME}?measure=success"]
-    pages += [f"/compare?run={first}&run={second}&run={ids['teaching']}", f"/compare?run={first}"]
+    pages += [f"/compare?run={first}&run={second}&run={ids['teaching']}", f"/compare?run={first}", "/compare"]
     return pages + [f"/runs/{ids[state]}" for state in ("teaching", "failed", "finished")]
 
 

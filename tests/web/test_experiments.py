@@ -81,7 +81,7 @@ def test_ticked_runs_stay_ticked_and_are_compared(opened: Page) -> None:
     expect(compare).to_be_disabled()
     ticks = opened.get_by_role("checkbox")
     ticks.nth(0).check()
-    expect(opened.get_by_text("One more, at least.")).to_be_visible()
+    expect(opened.get_by_text("1 run chosen. Tick others, or add them next.")).to_be_visible()
     ticks.nth(3).check()
     with opened.expect_response(re.compile(f"/experiments/{NAME}")):
         pass  # the list is renewed underneath
@@ -96,6 +96,36 @@ def test_ticked_runs_stay_ticked_and_are_compared(opened: Page) -> None:
     expect(opened.get_by_role("row", name=re.compile(r"agent\.kind"))).to_contain_text("ppo")
     opened.go_back()
     expect(opened.get_by_text("2 runs chosen.")).to_be_visible()
+
+
+def test_runs_from_anywhere_are_added_and_left_out_by_keys(opened: Page, live_server: LiveServer) -> None:
+    with live_server.database.write() as session:
+        alone = demo.queued(session, "cartpole-swingup", title="Alone").id
+    opened.goto(f"{live_server.url}/runs/{alone}")
+    opened.get_by_role("link", name="Compare with another run").click()
+    expect(opened.get_by_role("heading", name="Compare runs")).to_be_visible()
+    choice = opened.get_by_label("Another run")
+    choice.focus()
+    choice.select_option("Walker · walk · sac, seed 2")
+    opened.keyboard.press("Tab")
+    opened.keyboard.press("Enter")
+    expect(opened.get_by_role("heading", name="2 runs compared")).to_be_visible()
+    expect(opened.locator(".lettered h2")).to_have_text(["Alone", "Walker · walk · sac, seed 2"])
+    expect(choice).to_be_in_viewport()
+    opened.keyboard.press("Tab")  # where one was added, the next is chosen
+    expect(choice).to_be_focused()
+    choice.select_option("Cart pole · swing up · pebble, seed 1")
+    opened.keyboard.press("Tab")
+    opened.keyboard.press("Enter")
+    expect(opened.get_by_role("heading", name="3 runs compared")).to_be_visible()
+    opened.get_by_role("link", name="Success").click()
+    expect(opened.locator(".lettered h2")).to_have_count(3)
+    opened.get_by_role("link", name="Leave out Cart pole · swing up · pebble, seed 1").click()
+    expect(opened.locator(".lettered h2")).to_have_text(["Alone", "Walker · walk · sac, seed 2"])
+    expect(opened.locator(".lettered dt")).to_have_text("True return")  # neither measures success
+    opened.get_by_role("link", name="Leave out Walker").click()
+    opened.get_by_role("link", name="Leave out Alone").click()
+    expect(opened.get_by_text("Choose at least two runs to compare.")).to_be_visible()
 
 
 def test_runs_of_the_list_are_compared_without_scripts(browser: Browser, live_server: LiveServer) -> None:
@@ -113,6 +143,11 @@ def test_runs_of_the_list_are_compared_without_scripts(browser: Browser, live_se
         page.get_by_label("Compare Other").check()
         page.get_by_role("button", name="Compare").click()
         expect(page.get_by_role("row", name="seed Where all randomness")).to_contain_text("35")
+        page.get_by_label("Another run").select_option("Walker · walk · sac, seed 2")
+        page.get_by_role("button", name="Add").click()
+        expect(page.get_by_role("heading", name="3 runs compared")).to_be_visible()
+        page.get_by_role("link", name="Leave out One").click()
+        expect(page.locator(".lettered h2")).to_have_text(["Other", "Walker · walk · sac, seed 2"])
         page.goto(f"{live_server.url}/experiments/{NAME}?measure=success")
         expect(page.get_by_role("row", name="Cart pole · swing up")).to_contain_text("±")
         expect(page.get_by_role("link", name="Their numbers")).to_be_visible()

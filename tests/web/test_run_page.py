@@ -76,6 +76,39 @@ def test_the_link_for_labellers_is_copied(page: Page, run: Run, live_server: Liv
     assert copied == f"{live_server.url}/runs/{run.id}/label"
 
 
+NO_CLIPBOARD = "Object.defineProperty(navigator, 'clipboard', { value: undefined })"
+"""As on an address like http://lab-pc:8000, where browsers have none."""
+
+
+def test_the_link_is_copied_where_there_is_no_clipboard(
+    page: Page, run: Run, live_server: LiveServer
+) -> None:
+    page.add_init_script(NO_CLIPBOARD)
+    page.reload()
+    page.get_by_role("button", name="Copy").click()
+    expect(page.get_by_role("button", name="Copied")).to_be_focused()
+    page.get_by_role("button", name="Change").click()
+    page.get_by_label("What labellers look for").press("ControlOrMeta+a")
+    page.get_by_label("What labellers look for").press("ControlOrMeta+v")
+    expect(page.get_by_label("What labellers look for")).to_have_value(
+        f"{live_server.url}/runs/{run.id}/label"
+    )
+
+
+@pytest.mark.usefixtures("run")
+def test_a_link_that_cannot_be_copied_is_selected(page: Page) -> None:
+    page.add_init_script(f"{NO_CLIPBOARD}; document.execCommand = () => false")
+    page.reload()
+    page.get_by_role("button", name="Copy").click()
+    with page.expect_response(lambda reply: "/runs/" in reply.url):
+        pass  # the record is renewed underneath
+    expect(page.get_by_role("button", name="Copy it by hand")).to_be_visible()
+    link = page.get_by_label("Link for labellers")
+    expect(link).to_be_focused()
+    assert page.evaluate("getSelection().toString()") == link.input_value()
+    expect(page.get_by_role("button", name="Copy", exact=True)).to_be_visible()
+
+
 @pytest.mark.usefixtures("run")
 def test_an_answer_shows_its_stills(page: Page) -> None:
     still = page.get_by_role("img", name="clip").first

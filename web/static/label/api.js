@@ -1,8 +1,11 @@
-// The labelling API. Two things can go wrong: the server refuses, or it is not reached.
+// The labelling API. Two things can go wrong: Pebble refuses, or it is not reached.
 
 const PATIENCE_MS = 10_000;
 
-/** The server understood and said no: trying again changes nothing. */
+/** What Pebble says no with to what it understood: no such lease, answered already, does not fit. */
+const REFUSING = new Set([404, 409, 422]);
+
+/** Pebble understood and said no: trying again changes nothing. */
 export class Refusal extends Error {
   /** @param {number} status @param {string} reason */
   constructor(status, reason) {
@@ -11,11 +14,18 @@ export class Refusal extends Error {
   }
 }
 
-/** The server did not answer, or could not: trying again may help. */
-export class Unreachable extends Error {}
+/** Pebble did not answer, or could not, or something before it did (its gate, a proxy): trying again may help. */
+export class Unreachable extends Error {
+  /** @param {string} cause for whoever debugs; people read the same whatever it was */
+  constructor(cause) {
+    super("Pebble does not answer; try again in a moment.", { cause });
+  }
+}
 
 /** Not signed in any more: the answer is kept until somebody signs in again. */
-export class SignedOut extends Unreachable {}
+export class SignedOut extends Unreachable {
+  message = "Signed out: open the link with the token again.";
+}
 
 export class Api {
   #turn = 0;
@@ -27,13 +37,23 @@ export class Api {
 
   queue = () => this.#call("GET", `${this.base}/queue`);
   lease = (count) => this.#call("POST", `${this.base}/leases`, { count });
-  answer = (body) => this.#call("POST", `${this.base}/answers`, body);
-  retract = (answerId, body) => this.#call("POST", `${this.base}/answers/${answerId}/retract`, body);
+  answer = (body) => this.#record(`${this.base}/answers`, body);
+  retract = (answerId, body) => this.#record(`${this.base}/answers/${answerId}/retract`, body);
   beNamed = (name) => this.#call("PUT", "/api/labeller", { name });
 
   /** Give a pair back while the page goes away, when no reply can be waited for. */
   releaseOnLeaving(leaseId) {
     navigator.sendBeacon(`${this.base}/leases/${leaseId}/release`);
+  }
+
+  /** A server on another data folder knows no such run, and so nothing of it: that is not said of this answer. */
+  async #record(path, body) {
+    const reply = await this.#call("POST", path, body).catch(async (error) => {
+      if (error.status === 404) await this.queue().catch(() => Promise.reject(new Unreachable(error.message)));
+      throw error;
+    });
+    if (!reply.queue) throw new Unreachable("a reply that is not Pebble's");
+    return reply;
   }
 
   /** The reply's JSON with `turn`, the order in which calls were made: replies may overtake each other. */
@@ -45,7 +65,8 @@ export class Api {
       body: body && JSON.stringify(body),
       signal: AbortSignal.timeout(PATIENCE_MS),
     });
-    return { ...(await reply.json()), turn };
+    const said = await reply.json().catch((error) => Promise.reject(new Unreachable(error.message)));
+    return { ...said, turn };
   }
 
   async #fetch(path, options) {
@@ -53,14 +74,14 @@ export class Api {
       throw new Unreachable(error.message);
     });
     if (reply.ok) return reply;
-    if (reply.status === 401 || reply.status === 403) throw new SignedOut("signed out");
-    if (reply.status >= 500 || reply.status === 429 || reply.status === 408) throw new Unreachable(`${reply.status}`);
-    throw new Refusal(reply.status, await reasonOf(reply));
+    if (reply.status === 401) throw new SignedOut("signed out");
+    const reason = REFUSING.has(reply.status) ? await reasonOf(reply) : undefined;
+    throw reason ? new Refusal(reply.status, reason) : new Unreachable(`${reply.status}`);
   }
 }
 
+/** In Pebble's own words; a proxy's page has none. */
 async function reasonOf(reply) {
-  const said = await reply.json().catch(() => ({}));
-  const first = Array.isArray(said.detail) ? said.detail[0] : undefined;
-  return first?.reason ?? reply.statusText;
+  const said = await reply.json().catch(() => null);
+  return said?.detail?.[0]?.reason;
 }

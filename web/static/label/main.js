@@ -42,7 +42,8 @@ const named = new Kept(localStorage, "pebble:named", "");
 
 let state = null;
 let nothingWaits = false;
-let reached = true;
+/** What the keeper met instead of a state: `{error}` where it was refused, `{signedOut}` where it got no answer. */
+let failure = null;
 
 function send(item) {
   const count = keeper.wanted;
@@ -88,10 +89,16 @@ function showHead() {
   }
   player.clear();
   if (head) view.showWait();
-  else if (!reached || outbox.failures) view.showEmpty("unreached", unreachedSentence(outbox.items.length));
+  else if (failure?.error) view.showEmpty("refused", failure.error.message);
+  else if (failure || outbox.failures) showUnreached();
   else if (state?.message) showReason(state.message);
   else if (queue.onlyBroken) view.showEmpty("broken", "The pairs that are left cannot be shown. Reload the page to try again.");
   else view.showWait();
+}
+
+function showUnreached() {
+  const signedOut = failure?.signedOut || outbox.signedOut;
+  view.showEmpty("unreached", unreachedSentence(outbox.items.length, signedOut));
 }
 
 function showReason({ kind, sentence }) {
@@ -143,8 +150,8 @@ keeper.addEventListener("state", ({ detail }) => {
   state = detail;
   labelling.goal = state.goal?.version;
   view.setGoal(state.goal);
-  if (!reached) outbox.retryNow();
-  reached = true;
+  if (failure) outbox.retryNow();
+  failure = null;
   sendWhatAnotherTabLeft();
   showProgress();
   showHead();
@@ -153,11 +160,11 @@ keeper.addEventListener("state", ({ detail }) => {
   if (!outbox.items.length) view.setSaved(0, { failing: false });
 });
 keeper.addEventListener("refused", ({ detail }) => {
+  failure = detail;
   queue.drop(() => true);
-  view.showEmpty("refused", detail.error.message);
 });
 keeper.addEventListener("unreached", ({ detail }) => {
-  reached = false;
+  failure = detail;
   if (outbox.items.length === 0) view.setUnreached(detail.signedOut);
   if (!queue.length) showHead();
 });

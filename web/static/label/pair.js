@@ -68,8 +68,8 @@ async function fetched(url) {
   const reply = await fetch(url, { signal: AbortSignal.timeout(PATIENCE_MS) }).catch((error) => {
     throw new Unreachable(error.message);
   });
-  if (reply.status >= 500 || reply.status === 401) throw new Unreachable(`${url}: ${reply.status}`);
-  if (!reply.ok) throw new Refusal(reply.status, "its clip is gone");
+  if (reply.status === 404) throw new Refusal(404, "its clip is gone");
+  if (!reply.ok) throw new Unreachable(`${url}: ${reply.status}`);
   return reply.blob().catch((error) => {
     throw new Unreachable(error.message);
   });

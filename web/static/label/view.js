@@ -98,8 +98,9 @@ export class View {
 
 const SIGNED_OUT = "Signed out: open the link with the token again. Your answers are kept here.";
 
-/** Why there is no pair while the server is away. */
-export function unreachedSentence(count) {
+/** Why there is no pair while the server is away, or wants the token again. */
+export function unreachedSentence(count, signedOut) {
+  if (signedOut) return `${SIGNED_OUT} This page then goes on.`;
   const kept = count === 1 ? "Your last answer is" : `Your last ${count} answers are`;
   return `Pebble does not answer.${count ? ` ${kept} kept here.` : ""} This page goes on when it is back.`;
 }
