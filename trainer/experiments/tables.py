@@ -9,6 +9,7 @@ import numpy as np
 
 from labels_db.figures import Differences, Ends
 from trainer.experiments.drawing import Drawing
+from trainer.experiments.panels import NothingToShowError
 from trainer.experiments.results import Results
 from trainer.experiments.statistics import bootstrap_interval, interquartile_mean, paired_difference
 
@@ -22,6 +23,8 @@ def ends(figure: Ends, drawing: Drawing) -> Path:
             if last:
                 lived = [f"{results.steps(task, method):,}", f"{results.answers(task, method):.0f}"]
                 rows.append([task, method, *lived, *_ends(last), _share(last, figure.published.get(task))])
+    if not rows:
+        raise NothingToShowError(f"no finished run has the measure {figure.measure!r} yet")
     head = ["task", "method", "steps", "answers", "seeds", "IQM", "95 % interval", "of published"]
     shown = len(head) if figure.published else len(head) - 1
     return _written(drawing.path(figure), head[:shown], (row[:shown] for row in rows))
