@@ -23,15 +23,30 @@ COMMITTED = [
 ]
 
 
-@pytest.mark.parametrize("results", COMMITTED, ids=lambda path: path.parent.name)
-def test_committed_tables_are_those_of_the_committed_results(results: Path, tmp_path: Path) -> None:
-    """Drawn anew by today's code, without the runs that they came from."""
-    file, kept = EXPERIMENTS / f"{results.parent.name}.yaml", results.parent
-    plot(file, DataFolder(tmp_path / "data"), tmp_path, kept)
-    tables = sorted(path.name for path in tmp_path.glob("*.md"))
+@pytest.fixture(scope="module", params=COMMITTED, ids=lambda path: path.parent.name)
+def kept_and_drawn(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Path]:
+    """Committed results, and the figures that today's code draws of them, without the runs that they came from."""
+    kept, out = request.param.parent, tmp_path_factory.mktemp("figures")
+    plot(EXPERIMENTS / f"{kept.name}.yaml", DataFolder(out / "data"), out, kept)
+    return kept, out
+
+
+def test_committed_tables_are_those_of_the_committed_results(kept_and_drawn: tuple[Path, Path]) -> None:
+    kept, drawn = kept_and_drawn
+    tables = sorted(path.name for path in drawn.glob("*.md"))
     assert tables
     for name in tables:
-        assert (tmp_path / name).read_text(encoding="utf-8") == (kept / name).read_text(encoding="utf-8")
+        assert (drawn / name).read_text(encoding="utf-8") == (kept / name).read_text(encoding="utf-8")
+
+
+def test_every_figure_of_committed_results_is_committed(kept_and_drawn: tuple[Path, Path]) -> None:
+    """Those of the runs too, which only whoever has these can draw."""
+    kept, drawn = kept_and_drawn
+    figures = read_experiment(EXPERIMENTS / f"{kept.name}.yaml").figures
+    wanted = {figure.path for figure in figures if figure.of_runs or (drawn / figure.path).exists()}
+    assert wanted <= {path.name for path in kept.iterdir()}
 
 
 def test_no_two_methods_look_alike(tmp_path: Path) -> None:
