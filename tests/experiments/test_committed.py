@@ -10,6 +10,7 @@ import pytest
 
 from cli.experiment import plot
 from labels_db.data_folder import DataFolder
+from labels_db.figures import Ends
 from labels_db.run_config import Sessions
 from trainer.experiments.drawing import Drawing
 from trainer.experiments.file import read_experiment
@@ -89,6 +90,18 @@ def test_the_claims_ask_all_their_answers_while_there_are_steps_to_learn_from_th
             sessions = math.ceil(feedback.budget / feedback.queries_per_session)
             last = one.config.exploration.ends_at + (sessions - 1) * feedback.steps_between
             assert last <= 0.8 * one.config.total_steps, one.run_id
+
+
+def test_few_labels_stand_beside_what_others_published() -> None:
+    """Of PEBBLE by its own authors' code, as PPE's first table has it: success is a rate."""
+    tables = [
+        one for one in read_experiment(EXPERIMENTS / "few-labels.yaml").figures if isinstance(one, Ends)
+    ]
+    assert all(table.methods == ["pebble"] for table in tables)
+    assert {table.measure: table.published for table in tables} == {
+        "return": {"walker-walk": 453, "cheetah-run": 546, "quadruped-walk": 364},
+        "success": {"door-open": 0.72, "window-open": 0.87, "button-press": 0.77},
+    }
 
 
 def test_the_documented_experiment_is_one(tmp_path: Path) -> None:
