@@ -219,6 +219,29 @@ def test_every_environment_has_a_preset_of_its_name(name: str) -> None:
         assert preset.config(profile).environment.name == name
 
 
+@pytest.mark.parametrize(
+    ("name", "segment", "seconds", "pool"),
+    [
+        ("gym:Hopper-v5", 13, 0.104, 100),
+        ("gym:Walker2d-v5", 13, 0.104, 100),
+        ("gym:Humanoid-v5", 14, 0.21, 100),
+        ("gym:InvertedPendulum-v5", 3, 0.12, 100),
+        ("gym:InvertedDoublePendulum-v5", 4, 0.2, 100),
+        ("gym:Ant-v5", 20, 1.0, 20),  # whose random episodes last longer than a second
+        ("gym:HalfCheetah-v5", 20, 1.0, 20),
+        ("dmc:lqr-lqr_2_1", 8, 0.96, 20),
+    ],
+)
+def test_segments_are_shorter_than_random_episodes_that_end_early(
+    name: str, segment: int, seconds: float, pool: int
+) -> None:
+    config = preset_named(name).config()
+    assert config.segment_steps == segment
+    assert config.segment_steps * config.step_seconds == pytest.approx(seconds)
+    assert isinstance(config.feedback, Sessions)
+    assert config.feedback.pool_episodes == pool
+
+
 def test_any_manipulation_task_has_the_papers_settings() -> None:
     ours, paper = (preset_named(name).config("paper") for name in ("metaworld:push", "drawer-close"))
     assert ours.model_copy(update={"environment": paper.environment}) == paper
