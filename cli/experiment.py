@@ -70,14 +70,18 @@ def plot(file: Path, data: DataFolder, out: Path | None, kept: Path | None = Non
         results = Results.read(folder, experiment)
     except FileNotFoundError as error:
         raise UsageError(f"{folder}: has no results yet; run `pebble experiment {file}`") from error
-    figures = [figure for figure in experiment.figures if not (kept and figure.of_runs)]
-    if not figures:
-        raise UsageError(f"{file}: asks for no figures that can be drawn; add some under `figures:`")
-    try:
-        for path in draw_all(figures, experiment, results, data, out or folder / "figures"):
-            typer.echo(str(path))
-    except ValueError as error:
-        raise UsageError(str(error)) from error
+    if not experiment.figures:
+        raise UsageError(f"{file}: asks for no figures; add some under `figures:`")
+    drawable = [figure for figure in experiment.figures if not (kept and figure.of_runs)]
+    drawn = 0
+    for path, missing in draw_all(drawable, experiment, results, data, out or folder / "figures"):
+        drawn += not missing
+        typer.echo(f"{path.name}: skipped, {missing}" if missing else str(path), err=bool(missing))
+    for figure in experiment.figures:
+        if figure not in drawable:
+            typer.echo(f"{figure.path}: skipped, it is drawn from the runs themselves", err=True)
+    if not drawn:
+        raise UsageError(f"{file}: none of its figures could be drawn")
 
 
 def _sentence(result: dict[str, Any]) -> str:

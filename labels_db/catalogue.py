@@ -31,7 +31,8 @@ class CatalogueEntry:
     """An environment: sizes of its flat observation and action, time in seconds, what it asks for.
 
     `state_size` is 0 where a moment cannot be drawn again; `ends_early` says that an episode can end before its
-    time by what the robot does.
+    time by what the robot does, `random_steps` after how many control steps half of those with random actions have
+    ended then; 0 where that is not known.
     """
 
     name: str
@@ -43,6 +44,7 @@ class CatalogueEntry:
     episode_steps: int
     goal: str
     ends_early: bool = False
+    random_steps: int = 0
 
     @property
     def can_be_drawn(self) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+import structlog
 from torch import Tensor
 
 from labels_db.claims import Claim
@@ -21,12 +22,14 @@ from labels_db.feedback_sessions import (
 )
 from labels_db.models import FeedbackSession, RunState
 from labels_db.run_config import Asking, Uniform
-from labels_db.runs import get_run
+from labels_db.runs import get_run, note
 from trainer.posting import Asked, Desk
 from trainer.progress import Progress
 from trainer.query_selection import Chosen, Selection, select
 from trainer.reward_model import RewardModel
 from trainer.segments import PairSampler, SegmentData
+
+log = structlog.get_logger()
 
 
 @dataclass
@@ -39,6 +42,7 @@ class Where:
     cursor: int = 0
     news_step: int = 0
     news_sequence: int = 0
+    told_shortage: bool = False
 
 
 @dataclass
@@ -88,6 +92,25 @@ class Asker:
             self._may_be_left = found is not None
             return found is not None and found.step <= step
         return False
+
+    def can_draw(self) -> bool:
+        """Whether there are two segments to ask about, now that it is time; the history tells the first time not."""
+        if self.sampler.can_draw():
+            return True
+        if not self.where.told_shortage and (shortage := self.sampler.shortage()):
+            self.where.told_shortage = True
+            if self.remaining():
+                self._tell(shortage)
+        return False
+
+    def _tell(self, shortage: str) -> None:
+        text = (
+            f"Nothing can be asked yet: {shortage}. Wait until episodes last longer,"
+            " or start another run with a smaller feedback.segment_steps."
+        )
+        log.warning(text)
+        with self.database.write() as session:
+            note(session, get_run(session, self.claim.run_id), text)
 
     def drew_nothing(self) -> bool:
         """Whether no pair could be drawn of the two sessions before the last: one clip may fail by itself."""

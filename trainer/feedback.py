@@ -89,7 +89,7 @@ class EveryKSteps:
         self.last_step = last_step
 
     def ask(self, asker: Asker, step: int, inbox: Inbox) -> None:
-        if step < asker.where.next_step or not asker.sampler.can_draw():
+        if step < asker.where.next_step or not asker.can_draw():
             return
         slow = inbox.open and not asker.is_left_open(step) and asker.remaining() > self.capacity(step)
         if slow and asker.wait(step, lambda inbox: inbox.complete).sequence > asker.where.cursor:
@@ -120,15 +120,17 @@ class AlwaysReady:
     def ask(self, asker: Asker, step: int, inbox: Inbox) -> None:
         if step == asker.where.opened_step:
             return  # a scripted teacher, who answers at once, would be asked the whole budget at one step
-        if step < asker.where.next_step or not asker.sampler.can_draw():
+        if step < asker.where.next_step:
             return
         missing = self.config.ready - inbox.open - inbox.rendering
         stale = step - max(asker.where.opened_step, asker.where.news_step) >= self.config.fresh_steps
+        due = missing > 0 or stale or asker.is_left_open(step)
+        if not due or not asker.can_draw():
+            return
         if stale and inbox.open:
             asker.supersede()
             missing = self.config.ready
-        if missing > 0 or stale or asker.is_left_open(step):
-            self._open(asker, step, missing)
+        self._open(asker, step, missing)
 
     def _open(self, asker: Asker, step: int, missing: int) -> None:
         """Seldom again where there is no budget, and more seldom where nothing can be drawn."""

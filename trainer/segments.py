@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import statistics
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,6 +94,16 @@ class PairSampler:
         """Whether the pool holds two segments that do not overlap."""
         episodes = self.pool.at_least(self.length)
         return len(episodes) > 1 or any(len(episode) >= 2 * self.length for episode in episodes)
+
+    def shortage(self) -> str:
+        """Why nothing can be drawn, once some episodes are over; empty while that is too early to say."""
+        lengths = sorted(map(len, self.pool.episodes))
+        if self.can_draw() or len(lengths) < 2:
+            return ""
+        return (
+            f"two segments of {self.length} steps cannot be cut from the last {len(lengths)} episodes, of which half"
+            f" have at most {statistics.median_low(lengths)} steps and the longest has {lengths[-1]}"
+        )
 
     def average_return(self, episodes: int = 10) -> float:
         """What H steps earned on average in the last episodes: R̄ · H / T (algorithm, section 7)."""

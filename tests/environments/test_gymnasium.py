@@ -22,7 +22,7 @@ from labels_db.run_config import Gymnasium, Human, RunConfig, Sessions
 from tests.environments.given import lived, started
 from trainer.environments import Environment, make_environment
 from trainer.environments.filmed import kept, shown
-from trainer.environments.trial import add
+from trainer.environments.trial import add, random_steps
 
 LOOKS: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
@@ -236,6 +236,12 @@ def test_what_cannot_be_drawn_has_only_scripted_teachers(tmp_path: Path) -> None
 # Adding ------------------------------------------------------------------------------------------
 
 
+def test_random_steps_are_measured_where_episodes_end_early() -> None:
+    hopper, pendulum = (make_environment(Gymnasium(id=id)) for id in ("Hopper-v5", "Pendulum-v1"))
+    assert 10 < random_steps(hopper) < 40
+    assert random_steps(pendulum) == 0
+
+
 def test_an_environment_is_added_to_its_data_folder(tmp_path: Path) -> None:
     data = DataFolder(tmp_path / "data")
     with pytest.raises(ValueError, match="unknown"):
@@ -243,6 +249,7 @@ def test_an_environment_is_added_to_its_data_folder(tmp_path: Path) -> None:
     added = add(data.catalogue_path, "gym:tests/Cart-v0", "Cart", "Prefer the clip in which it is far.")
     assert (added.observation_size, added.action_size, added.state_size) == (5, 2, 3)
     assert (added.control_step, added.episode_steps, added.ends_early) == (0.05, 40, True)
+    assert 0 < added.random_steps <= 40
     assert json.loads(data.catalogue_path.read_text())[0]["title"] == "Cart"
     config = RunConfig(environment=Gymnasium(id="tests/Cart-v0"))
     assert config.catalogue_entry == added

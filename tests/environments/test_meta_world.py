@@ -108,11 +108,16 @@ def test_success_stays_once_it_was_reached(monkeypatch: pytest.MonkeyPatch) -> N
     assert environment.reset(seed=1)[1]["measures"] == {"success": 0.0}
 
 
-# In its model: drawer-open. In a moving body's frame: sweep. At the object's start: pick-out-of-hole.
-@pytest.mark.parametrize(
-    ("task", "mark"),
-    [("drawer-open", "goal"), ("sweep", "goal"), ("pick-out-of-hole", "goal"), ("faucet-open", "goal_open")],
-)
+MARKS = {
+    **dict.fromkeys(PAPER, "goal"),
+    "button-press": "hole",  # it has no other: where the button goes
+    "sweep": "goal",  # in a moving body's frame
+    "pick-out-of-hole": "goal",  # at the object's start
+    "faucet-open": "goal_open",
+}
+
+
+@pytest.mark.parametrize(("task", "mark"), MARKS.items())
 def test_a_restored_state_shows_the_goal_in_its_place(task: str, mark: str) -> None:
     live, drawn = (started(MetaWorld(task=task), seed) for seed in (3, 8))
     for action in actions(live, 20):

@@ -10,6 +10,7 @@ import pytest
 
 from cli.experiment import plot
 from labels_db.data_folder import DataFolder
+from labels_db.figures import Ends
 from labels_db.run_config import Sessions
 from trainer.experiments.drawing import Drawing
 from trainer.experiments.file import read_experiment
@@ -23,15 +24,30 @@ COMMITTED = [
 ]
 
 
-@pytest.mark.parametrize("results", COMMITTED, ids=lambda path: path.parent.name)
-def test_committed_tables_are_those_of_the_committed_results(results: Path, tmp_path: Path) -> None:
-    """Drawn anew by today's code, without the runs that they came from."""
-    file, kept = EXPERIMENTS / f"{results.parent.name}.yaml", results.parent
-    plot(file, DataFolder(tmp_path / "data"), tmp_path, kept)
-    tables = sorted(path.name for path in tmp_path.glob("*.md"))
+@pytest.fixture(scope="module", params=COMMITTED, ids=lambda path: path.parent.name)
+def kept_and_drawn(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Path]:
+    """Committed results, and the figures that today's code draws of them, without the runs that they came from."""
+    kept, out = request.param.parent, tmp_path_factory.mktemp("figures")
+    plot(EXPERIMENTS / f"{kept.name}.yaml", DataFolder(out / "data"), out, kept)
+    return kept, out
+
+
+def test_committed_tables_are_those_of_the_committed_results(kept_and_drawn: tuple[Path, Path]) -> None:
+    kept, drawn = kept_and_drawn
+    tables = sorted(path.name for path in drawn.glob("*.md"))
     assert tables
     for name in tables:
-        assert (tmp_path / name).read_text(encoding="utf-8") == (kept / name).read_text(encoding="utf-8")
+        assert (drawn / name).read_text(encoding="utf-8") == (kept / name).read_text(encoding="utf-8")
+
+
+def test_every_figure_of_committed_results_is_committed(kept_and_drawn: tuple[Path, Path]) -> None:
+    """Those of the runs too, which only whoever has these can draw."""
+    kept, drawn = kept_and_drawn
+    figures = read_experiment(EXPERIMENTS / f"{kept.name}.yaml").figures
+    wanted = {figure.path for figure in figures if figure.of_runs or (drawn / figure.path).exists()}
+    assert wanted <= {path.name for path in kept.iterdir()}
 
 
 def test_no_two_methods_look_alike(tmp_path: Path) -> None:
@@ -74,6 +90,18 @@ def test_the_claims_ask_all_their_answers_while_there_are_steps_to_learn_from_th
             sessions = math.ceil(feedback.budget / feedback.queries_per_session)
             last = one.config.exploration.ends_at + (sessions - 1) * feedback.steps_between
             assert last <= 0.8 * one.config.total_steps, one.run_id
+
+
+def test_few_labels_stand_beside_what_others_published() -> None:
+    """Of PEBBLE by its own authors' code, as PPE's first table has it: success is a rate."""
+    tables = [
+        one for one in read_experiment(EXPERIMENTS / "few-labels.yaml").figures if isinstance(one, Ends)
+    ]
+    assert all(table.methods == ["pebble"] for table in tables)
+    assert {table.measure: table.published for table in tables} == {
+        "return": {"walker-walk": 453, "cheetah-run": 546, "quadruped-walk": 364},
+        "success": {"door-open": 0.72, "window-open": 0.87, "button-press": 0.77},
+    }
 
 
 def test_the_documented_experiment_is_one(tmp_path: Path) -> None:

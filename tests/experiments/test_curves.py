@@ -13,6 +13,7 @@ from labels_db.experiments import Experiment
 from labels_db.figures import Curves
 from trainer.experiments import curves
 from trainer.experiments.drawing import Drawing
+from trainer.experiments.panels import NothingToShowError
 from trainer.experiments.results import Results
 
 SAYS: dict[str, Any] = {
@@ -84,5 +85,5 @@ def test_a_task_that_has_not_begun_has_no_panel(tmp_path: Path) -> None:
 
 
 def test_an_empty_picture_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="a: no run has an evaluation with the measure 'succes' yet"):
+    with pytest.raises(NothingToShowError, match="no run has an evaluation with the measure 'succes' yet"):
         drawn(Curves(file="a", measure="succes"), [recorded()], tmp_path)

@@ -152,6 +152,34 @@ def test_versions_are_kept_with_the_moment_since_which_they_had_a_part(
     assert kept[0]["since"] <= kept[1]["since"]
 
 
+def test_versions_say_which_code_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a checkout: its commit, and whether files differ from it."""
+
+    def git(*arguments: str) -> str:
+        command = [
+            "git",
+            "-c",
+            "user.name=T",
+            "-c",
+            "user.email=t@example.org",
+            "-C",
+            str(tmp_path),
+            *arguments,
+        ]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+    monkeypatch.setattr(provenance, "CHECKOUT", tmp_path)
+    assert "commit" not in provenance.versions()
+    git("init")
+    (tmp_path / "code.py").write_text("1", encoding="utf-8")
+    git("add", "code.py")
+    git("commit", "-m", "One")
+    commit = git("rev-parse", "--short", "HEAD")
+    assert provenance.versions()["commit"] == commit
+    (tmp_path / "code.py").write_text("2", encoding="utf-8")
+    assert provenance.versions()["commit"] == f"{commit}-dirty"
+
+
 def test_every_kind_of_figure_is_drawn(lived: tuple[Path, DataFolder], tmp_path: Path) -> None:
     file, data = lived
     folder = data.path / "experiments" / "tiny"

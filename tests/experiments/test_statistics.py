@@ -32,6 +32,12 @@ def test_an_interval_is_given_for_every_row() -> None:
     assert (interquartile_mean(values) <= high).all()
 
 
+def test_one_or_two_runs_have_no_interval() -> None:
+    for runs in (1, 2):
+        assert np.isnan(bootstrap_interval(np.ones((4, runs)))).all()
+    assert not np.isnan(bootstrap_interval(np.ones((4, 3)))).any()
+
+
 def test_a_paired_difference_is_students() -> None:
     """By hand: differences 1, 2, 3; t(0.975, 2) = 4.3027; standard error 1/√3."""
     found = paired_difference({1: 11.0, 2: 22.0, 3: 33.0, 9: 0.0}, {1: 10.0, 2: 20.0, 3: 30.0})

@@ -76,7 +76,7 @@ def test_ends_are_each_method_s_with_steps_answers_and_share(tmp_path: Path) -> 
     low, high = map(float, sac[6].split(" … "))
     assert 0 <= low < 50 < high <= 100
     assert sac[7] == "25.0% of 200"
-    assert pebble[3:] == ["8", "30.0", "30.0", "30.0 … 30.0", "15.0% of 200"]
+    assert pebble[3:] == ["8", "30.0", "30.0", "–", "15.0% of 200"]
 
 
 def test_a_figure_keeps_to_its_tasks(tmp_path: Path) -> None:
@@ -132,6 +132,16 @@ def test_rates_keep_two_digits(tmp_path: Path) -> None:
     assert row[5] == "+0.19"
 
 
+def test_an_interval_takes_three_seeds(tmp_path: Path) -> None:
+    """Resampled ones: of two they would be the two. Student's knows how little two say, and is kept."""
+    rows = finished("sac", [10, 20]) + finished("pebble", [11, 12, 13])
+    _, sac, pebble = cells(ends(Ends(file="ends"), drawing(rows, tmp_path)))
+    assert (sac[6], pebble[6]) == ("–", "11.0 … 13.0")
+    figure = Differences(file="claims", pairs=[("pebble", "sac")])
+    _, row = cells(differences(figure, drawing(rows, tmp_path)))
+    assert row[5:7] == ["-3.5", "-60.7 … +53.7"]  # 12.706 · 4.5
+
+
 def test_without_published_figures_there_is_no_share(tmp_path: Path) -> None:
     head, row = cells(ends(Ends(file="ends"), drawing(finished("sac", [1, 2]), tmp_path)))
     assert (len(head), len(row), head[-1]) == (7, 7, "95 % interval")
@@ -160,4 +170,4 @@ def test_a_difference_of_one_seed_says_what_is_missing(tmp_path: Path) -> None:
     figure = Differences(file="claims", pairs=[("pebble", "sac")])
     rows = finished("sac", [1]) + finished("pebble", [2])
     _, row = cells(differences(figure, drawing(rows, tmp_path)))
-    assert row[7] == "a paired difference needs two seeds that both methods have, not 1"
+    assert row[5:] == ["–", "–", "a paired difference needs two seeds that both methods have, not 1", "–"]

@@ -9,7 +9,7 @@ from labels_db.estimate import estimate_bytes
 from labels_db.methods import method_named
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named, presets
-from labels_db.run_config import PPO, SAC, RunConfig, Sessions, StateEntropy
+from labels_db.run_config import PPO, SAC, LearnedReward, Oracle, RunConfig, Sessions, StateEntropy
 
 PROFILES = [
     pytest.param(config, id=f"{name}-{profile}")
@@ -121,6 +121,61 @@ def test_profile_paper_is_the_papers_tables(
     assert config.environment.action_repeat == 1
 
 
+LOCOMOTION = ("walker-walk", "cheetah-run", "quadruped-walk")
+MANIPULATION = ("drawer-close", "window-open", "door-open", "button-press", "sweep-into", "drawer-open")
+
+
+@pytest.mark.parametrize(
+    ("names", "profile", "epochs", "transform", "tie", "segment"),
+    [
+        (LOCOMOTION, "paper", 50, "log", "equal", 50),
+        (LOCOMOTION, "public", 50, "distance", "first", 50),
+        (LOCOMOTION, "few-labels", 50, "distance", "first", 50),
+        (MANIPULATION, "paper", 10, "log", "equal", 10),
+        (MANIPULATION, "public", 10, "distance", "first", 50),
+        (("window-open", "door-open", "button-press"), "few-labels", 10, "distance", "first", 50),
+    ],
+)
+def test_published_profiles_have_the_published_numbers(
+    names: tuple[str, ...], profile: str, epochs: int, transform: str, tie: str, segment: int
+) -> None:
+    for name in names:
+        config = preset_named(name).config(profile)
+        agent, reward = config.agent, config.reward
+        exploration, feedback = config.exploration, config.feedback
+        assert isinstance(agent, SAC)
+        assert isinstance(reward, LearnedReward)
+        assert isinstance(exploration, StateEntropy)
+        assert isinstance(feedback, Sessions)
+        assert isinstance(feedback.teacher, Oracle)
+        assert (agent.discount, agent.target_rate, agent.target_every) == (0.99, 0.005, 2)
+        assert (agent.initial_temperature, agent.temperature_learning_rate) == (0.1, 1e-4)
+        assert (agent.updates_per_step, agent.layer_norm, config.precision) == (1, False, "float32")
+        assert (reward.members, reward.depth, reward.width, reward.batch_size) == (3, 3, 256, 128)
+        assert (reward.learning_rate, reward.max_epochs, reward.stop_accuracy) == (3e-4, epochs, 0.97)
+        assert (exploration.neighbours, exploration.transform) == (5, transform)
+        assert (exploration.seed_steps, exploration.explore_steps) == (1000, 9000)
+        assert exploration.reset_updates == 100
+        assert (feedback.teacher.tie, config.segment_steps) == (tie, segment)
+        assert (feedback.candidates_per_query, feedback.pool_episodes) == (10, 100)
+        assert (config.evaluation.every, config.evaluation.episodes) == (10_000, 10)
+
+
+@pytest.mark.parametrize(
+    ("profile", "clip", "schedule"), [("paper", 0.2, "constant"), ("public", 0.4, "linear")]
+)
+def test_ppo_has_the_published_numbers(profile: str, clip: float, schedule: str) -> None:
+    for name in (*LOCOMOTION, *MANIPULATION):
+        config = method_named("preference-ppo-pretrained").config(preset_named(name), profile)
+        agent = config.agent
+        assert isinstance(agent, PPO)
+        assert (agent.gae_lambda, agent.discount, agent.entropy_bonus) == (0.92, 0.99, 0)
+        assert (agent.epochs, agent.exploring_epochs, agent.depth) == (20, 50, 3)
+        assert (agent.noise_steps, agent.normalise_observations) == (4, True)
+        assert (agent.clip_range, agent.clip_schedule) == (clip, schedule)
+        assert config.exploration.ends_at == 32_000
+
+
 @pytest.mark.parametrize(
     ("name", "budget", "asked", "every", "steps"),
     [
@@ -162,6 +217,29 @@ def test_every_environment_has_a_preset_of_its_name(name: str) -> None:
     assert preset.title == entry(name).title
     for profile in preset.profiles:
         assert preset.config(profile).environment.name == name
+
+
+@pytest.mark.parametrize(
+    ("name", "segment", "seconds", "pool"),
+    [
+        ("gym:Hopper-v5", 13, 0.104, 100),
+        ("gym:Walker2d-v5", 13, 0.104, 100),
+        ("gym:Humanoid-v5", 14, 0.21, 100),
+        ("gym:InvertedPendulum-v5", 3, 0.12, 100),
+        ("gym:InvertedDoublePendulum-v5", 4, 0.2, 100),
+        ("gym:Ant-v5", 20, 1.0, 20),  # whose random episodes last longer than a second
+        ("gym:HalfCheetah-v5", 20, 1.0, 20),
+        ("dmc:lqr-lqr_2_1", 8, 0.96, 20),
+    ],
+)
+def test_segments_are_shorter_than_random_episodes_that_end_early(
+    name: str, segment: int, seconds: float, pool: int
+) -> None:
+    config = preset_named(name).config()
+    assert config.segment_steps == segment
+    assert config.segment_steps * config.step_seconds == pytest.approx(seconds)
+    assert isinstance(config.feedback, Sessions)
+    assert config.feedback.pool_episodes == pool
 
 
 def test_any_manipulation_task_has_the_papers_settings() -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from sqlalchemy import select
 
@@ -13,13 +14,15 @@ from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.feedback_progress import Inbox, read_inbox
 from labels_db.feedback_sessions import find_session, open_session, post_query, trim_session
-from labels_db.models import FeedbackSession, Query, utc_now
+from labels_db.models import Event, FeedbackSession, Query, utc_now
 from tests.labels_db import given
 from tests.trainer.conftest import RUN, Lab, small_config
 from trainer.asking import Asker
+from trainer.episodes import EpisodePool, FinishedEpisode
 from trainer.feedback import FromTeacher, make_feedback
 from trainer.posting import Asked
 from trainer.query_selection import Chosen
+from trainer.segments import PairSampler
 
 FIRST = 300
 """The step after exploration."""
@@ -78,8 +81,13 @@ def answer_everything(database: Database) -> None:
             given.an_answer(session, lease, f"a-{lease.id}", at=utc_now())
 
 
-def feedback(lab: Lab, *, draws: bool = True, **settings: Any) -> FromTeacher:
-    """The configured rule and pace of a claimed run; whenever it waits, everything open is answered, twice at most."""
+def feedback(
+    lab: Lab, *, draws: bool = True, lengths: Sequence[int] = (999, 999), **settings: Any
+) -> FromTeacher:
+    """The configured rule and pace of a claimed run; whenever it waits, everything open is answered, twice at most.
+
+    Its pool has episodes of those lengths.
+    """
     config = small_config(feedback__teacher__kind="human", **settings)
     lab.request(config)
     waits = iter(range(3))
@@ -94,7 +102,7 @@ def feedback(lab: Lab, *, draws: bool = True, **settings: Any) -> FromTeacher:
         database=lab.database,
         claim=claim,
         progress=Listening(lab.database),  # type: ignore[arg-type]
-        sampler=SimpleNamespace(can_draw=lambda: True, average_return=lambda: 0.0),  # type: ignore[arg-type]
+        sampler=PairSampler(pool(lengths), config.segment_steps, np.random.default_rng(1)),
         model=None,  # type: ignore[arg-type]
         desk=PostingDesk(lab.database, claim, draws),
         checkpoint=lambda: None,
@@ -104,6 +112,21 @@ def feedback(lab: Lab, *, draws: bool = True, **settings: Any) -> FromTeacher:
     )
     asker._choose = lambda count: [Chosen(None, "uniform", None)] * count  # type: ignore[arg-type, method-assign]
     return make_feedback(asker, config)
+
+
+def pool(lengths: Sequence[int]) -> EpisodePool:
+    made = EpisodePool(20)
+    for number, steps in enumerate(lengths):
+        nothing = np.zeros((steps, 1))
+        made.add(FinishedEpisode(number, number, 0, nothing, nothing, np.zeros(steps), nothing))
+    return made
+
+
+def told(lab: Lab) -> list[str]:
+    """What the history says of asking."""
+    with lab.database.read() as session:
+        texts = session.scalars(select(Event.text)).all()
+    return [text for text in texts if "asked yet" in text]
 
 
 def sessions(lab: Lab) -> list[tuple[int, int, int]]:
@@ -174,3 +197,44 @@ def test_where_nothing_can_be_drawn_it_is_tried_seldom(lab: Lab) -> None:
         last = find_session(session, RUN, 3)
         assert last is not None
         assert last.asked == 0
+
+
+KINDS = pytest.mark.parametrize("kind", ["sessions", "continuous"])
+H: dict[str, Any] = {"feedback__segment_steps": 125}
+
+
+@KINDS
+def test_that_episodes_are_too_short_to_ask_about_is_told_once(lab: Lab, kind: str) -> None:
+    asking = feedback(lab, lengths=[9, 20, 130, 30], feedback__kind=kind, **H)
+    asking.before_step(FIRST - 1)
+    assert told(lab) == []  # nothing was due
+    for step in range(FIRST, FIRST + 3):
+        asking.before_step(step)
+    kept = asking.state()
+    asking.load(kept)
+    asking.before_step(FIRST + 4)
+    assert told(lab) == [
+        "Nothing can be asked yet: two segments of 125 steps cannot be cut from the last 4 episodes, of which half"
+        " have at most 20 steps and the longest has 130. Wait until episodes last longer, or start another run with"
+        " a smaller feedback.segment_steps."
+    ]
+    assert sessions(lab) == []
+
+
+@KINDS
+@pytest.mark.parametrize("lengths", [[], [125], [9, 125, 125]])
+def test_it_is_not_told_before_episodes_are_over_or_where_some_are_long_enough(
+    lab: Lab, kind: str, lengths: list[int]
+) -> None:
+    asking = feedback(lab, lengths=lengths, feedback__kind=kind, **H)
+    asking.before_step(FIRST)
+    assert told(lab) == []
+    assert bool(sessions(lab)) == (len(lengths) > 2)
+
+
+@KINDS
+def test_it_is_not_told_where_nothing_is_to_be_asked_any_more(lab: Lab, kind: str) -> None:
+    asking = feedback(lab, lengths=[9, 9], feedback__kind=kind, **H)
+    asking.asker.remaining = lambda: 0  # type: ignore[method-assign]
+    asking.before_step(FIRST)
+    assert told(lab) == []

@@ -133,6 +133,15 @@ def test_a_method_goes_on_exactly_from_any_stop(tmp_path: Path, name: str) -> No
     goes_on_exactly(of_method(name), tmp_path, 500)
 
 
+def test_so_does_one_whose_environments_end_their_episodes_at_different_times(tmp_path: Path) -> None:
+    hopper = {"environment.kind": "gym", "environment.id": "Hopper-v5", "environment.action_repeat": "1"}
+    config = with_settings(of_method("preference-ppo"), {**hopper, "feedback.segment_steps": "5"})
+    end = goes_on_exactly(config, tmp_path, 500)
+    assert len(end.fits) == 3
+    ended = [step for name, step, _ in end.rows["metrics"] if name == "episode_return"]
+    assert len(set(ended)) > len(ended) / 2 > 5
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(methods().keys() - set(METHODS)))
 def test_so_does_every_other_method(tmp_path: Path, name: str) -> None:

@@ -5,22 +5,25 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from sqlalchemy import select
 
 from labels_db.catalogue import catalogue
 from labels_db.methods import method_named
+from labels_db.models import Event, RunState
 from labels_db.overrides import with_settings
 from labels_db.presets import preset_named, presets
+from labels_db.records import fits_of
 from labels_db.run_config import RunConfig
+from tests.trainer.conftest import RUN, Lab
 from tests.trainer.whole_runs import goes_on_exactly
-from trainer.environments import Environment, make_environment
 
+LONG: Mapping[str, str] = {"environment.action_repeat": "16", "feedback.segment_steps": "5"}
+"""For episodes that last: fewer, longer steps, and short segments of them."""
 SMALL: Mapping[str, str] = {
-    "environment.action_repeat": "16",
     "agent.width": "8",
     "agent.batch_size": "8",
     "reward.width": "8",
@@ -32,7 +35,6 @@ SMALL: Mapping[str, str] = {
     "feedback.budget": "4",
     "feedback.queries_per_session": "2",
     "feedback.steps_between": "30",
-    "feedback.segment_steps": "5",
     "evaluation.every": "100000",
     "evaluation.episodes": "1",
     "evaluation.video": "none",
@@ -47,7 +49,6 @@ SMALL_AGENTS: Mapping[str, Mapping[str, str]] = {
         "environments": "2",
     },
 }
-SETTING = {"dmc": "task", "behaviour": "behaviour", "metaworld": "task", "gym": "id"}
 ONE_OF_EACH = {
     "dmc:reacher-easy",
     "behaviour:quadruped-wave-left-front",
@@ -57,41 +58,20 @@ ONE_OF_EACH = {
 }
 
 
+ENDING_EARLY = sorted(name for name, known in catalogue().items() if known.ends_early)
+DRAWN_AS_THEY_GO = {"gym:BipedalWalker-v3", "gym:LunarLanderContinuous-v3"}
+"""Every moment costs a picture."""
+
+
 def of_environment(name: str) -> RunConfig:
-    """Actions are held as long as episodes still have two segments, and steps suffice for several episodes."""
-    kind, _, value = name.partition(":")
-    settings = {
-        **SMALL,
-        **SMALL_AGENTS["pebble"],
-        "environment.kind": kind,
-        f"environment.{SETTING[kind]}": value,
-    }
-    for repeat in ("16", "4", "1"):
-        held = {**settings, "environment.action_repeat": repeat, "feedback.segment_steps": "1"}
-        config = with_settings(preset_named("walker-walk").config(), held)
-        if (shortest := by_chance(config)) >= 10:
-            break
-    whole = -(-catalogue()[name].episode_steps // int(repeat))  # who has begun to learn may stay up
-    lengths = {"total_steps": str(whole + 200), "feedback.segment_steps": str(min(5, shortest // 2))}
-    return with_settings(config, lengths)
-
-
-def by_chance(config: RunConfig) -> int:
-    """Steps of the shortest of three episodes with random actions: whoever can fall soon does."""
-    environment = make_environment(config.environment)
-    environment.action_space.seed(0)
-    lasted = [steps_of_an_episode(environment, seed) for seed in range(3)]
-    environment.close()
-    return min(lasted)
-
-
-def steps_of_an_episode(environment: Environment, seed: int) -> int:
-    environment.reset(seed=seed)
-    for step in itertools.count(1):
-        _, _, terminated, truncated, _ = environment.step(environment.action_space.sample())
-        if terminated or truncated:
-            return step
-    raise AssertionError("an episode has no end")
+    """Its own preset made small, with steps for several episodes; where these can end early, with its own segments."""
+    known = catalogue()[name]
+    held = {} if known.ends_early else LONG
+    if known.episode_steps < 160:
+        held = {**held, "environment.action_repeat": "4"}
+    config = with_settings(preset_named(name).config(), {**SMALL, **SMALL_AGENTS["pebble"], **held})
+    whole = -(-known.episode_steps // config.environment.action_repeat)  # who has begun to learn may stay up
+    return with_settings(config, {"total_steps": str(whole + 200)})
 
 
 def learns_and_goes_on_exactly(config: RunConfig, folder: Path) -> None:
@@ -119,7 +99,34 @@ def test_every_environment(name: str, tmp_path: Path) -> None:
 def test_every_preset_in_every_profile(name: str, method: str, tmp_path: Path) -> None:
     preset = preset_named(name)
     for profile in preset.profiles:
-        config, small = method_named(method).config(preset, profile), {**SMALL, **SMALL_AGENTS[method]}
+        config, small = (
+            method_named(method).config(preset, profile),
+            {**SMALL, **LONG, **SMALL_AGENTS[method]},
+        )
         steps = -(-config.catalogue_entry.episode_steps // 16) * int(small.get("environments", 1))
         changes = {**small, "total_steps": str(2 * steps + 120), "feedback.kind": "sessions"}
         learns_and_goes_on_exactly(with_settings(config, changes), tmp_path / profile)
+
+
+@pytest.mark.contracts
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in DRAWN_AS_THEY_GO else ()) for name in ENDING_EARLY],
+)
+def test_a_preset_asks_although_episodes_can_end_early(name: str, lab: Lab) -> None:
+    """With its own segments and pool, after random actions only: nobody has learned to stay up yet."""
+    lived = 2000
+    changes = {
+        **SMALL,
+        "exploration.kind": "random",
+        "exploration.seed_steps": str(lived),
+        "feedback.budget": "2",
+        "total_steps": str(lived + 1),
+    }
+    changes.pop("exploration.explore_steps")
+    changes.pop("exploration.reset_updates")
+    lab.request(with_settings(preset_named(name).config(), changes))
+    assert lab.live() is RunState.FINISHED
+    with lab.database.read() as session:
+        assert [fit.step for fit in fits_of(session, RUN)] == [lived]
+        assert not session.scalars(select(Event).where(Event.text.startswith("Nothing can be asked"))).all()

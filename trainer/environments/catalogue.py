@@ -17,8 +17,11 @@ from trainer.environments.meta_world_goals import META_WORLD_GOALS, META_WORLD_T
 PATH = Path(labels_db.__file__).with_name("catalogue.json")
 
 
-def measure(config: EnvironmentConfig, title: str, goal: str, *, ends_early: bool = False) -> CatalogueEntry:
-    """The entry of one environment, its sizes and times asked of the simulator."""
+def measure(config: EnvironmentConfig, title: str, goal: str, *, random_steps: int = 0) -> CatalogueEntry:
+    """The entry of one environment, its sizes and times asked of the simulator.
+
+    `random_steps` says how long random episodes last where they can end early.
+    """
     environment = make_environment(config)
     observation, action = environment.observation_space.shape, environment.action_space.shape
     assert observation is not None
@@ -32,7 +35,8 @@ def measure(config: EnvironmentConfig, title: str, goal: str, *, ends_early: boo
         control_step=round(environment.control_step, 9),
         episode_steps=environment.episode_steps,
         goal=goal,
-        ends_early=ends_early,
+        ends_early=random_steps > 0,
+        random_steps=random_steps,
     )
 
 
@@ -43,12 +47,12 @@ def entries() -> Iterator[CatalogueEntry]:
         yield measure(Behaviour.model_construct(behaviour=name), behaviour.title, behaviour.goal)
     for task, title in TITLES.items():
         suite = DMControl.model_construct(task=task)
-        yield measure(suite, title, GOALS[task], ends_early=task in ENDING_EARLY)
+        yield measure(suite, title, GOALS[task], random_steps=ENDING_EARLY.get(task, 0))
     for task, title in META_WORLD_TITLES.items():
         yield measure(MetaWorld.model_construct(task=task), title, META_WORLD_GOALS[task])
     for id, known in GYM_GOALS.items():
         registered = Gymnasium.model_construct(id=id)
-        yield measure(registered, known.title, known.goal, ends_early=known.ends_early)
+        yield measure(registered, known.title, known.goal, random_steps=known.random_steps)
 
 
 def catalogue_text() -> str:

@@ -143,5 +143,5 @@ _TASKS = {
 TITLES = MappingProxyType({task: title for task, (title, _) in _TASKS.items()})
 GOALS = MappingProxyType({task: f"Prefer the clip in which {shows}." for task, (_, shows) in _TASKS.items()})
 
-# Their episodes end when all masses have come to rest.
-ENDING_EARLY = frozenset({"lqr-lqr_2_1", "lqr-lqr_6_2"})
+# Their episodes end when all masses have come to rest, which random actions do not bring about: control steps.
+ENDING_EARLY = MappingProxyType({"lqr-lqr_2_1": 1000, "lqr-lqr_6_2": 1000})

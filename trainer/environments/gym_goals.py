@@ -7,11 +7,14 @@ from typing import NamedTuple
 
 
 class GymGoal(NamedTuple):
-    """A title, what the better clip shows, and whether an episode can end early."""
+    """A title, what the better clip shows, and where episodes can end early how many control steps they last.
+
+    That is the median of episodes with random actions.
+    """
 
     title: str
     shows: str
-    ends_early: bool = False
+    random_steps: int = 0
 
     @property
     def goal(self) -> str:
@@ -21,23 +24,23 @@ class GymGoal(NamedTuple):
 GYM_GOALS = MappingProxyType(
     {
         "Ant-v5": GymGoal(
-            "Gym Ant · run", "the ant runs to the right faster, upright on its four legs", ends_early=True
+            "Gym Ant · run", "the ant runs to the right faster, upright on its four legs", random_steps=78
         ),
         "BipedalWalker-v3": GymGoal(
             "Gym Bipedal walker · walk",
             "the walker gets farther to the right over the rough ground without falling",
-            ends_early=True,
+            random_steps=105,
         ),
         "HalfCheetah-v5": GymGoal(
             "Gym Half cheetah · run", "the cheetah runs to the right faster, on its feet"
         ),
         "Hopper-v5": GymGoal(
-            "Gym Hopper · hop", "the hopper hops to the right faster without falling", ends_early=True
+            "Gym Hopper · hop", "the hopper hops to the right faster without falling", random_steps=20
         ),
         "Humanoid-v5": GymGoal(
             "Gym Humanoid · walk",
             "the person walks to the right faster, upright on two legs",
-            ends_early=True,
+            random_steps=22,
         ),
         "HumanoidStandup-v5": GymGoal(
             "Gym Humanoid · stand up", "the person gets up from lying, with the head higher"
@@ -45,22 +48,22 @@ GYM_GOALS = MappingProxyType(
         "InvertedDoublePendulum-v5": GymGoal(
             "Gym Double pendulum · balance",
             "the two poles stay upright on the cart for longer",
-            ends_early=True,
+            random_steps=6,
         ),
         "InvertedPendulum-v5": GymGoal(
             "Gym Pendulum on a cart · balance",
             "the pole stays upright on the cart for longer",
-            ends_early=True,
+            random_steps=5,
         ),
         "LunarLanderContinuous-v3": GymGoal(
             "Gym Lunar lander · land",
             "the lander comes down more gently and upright, closer to the place between the flags",
-            ends_early=True,
+            random_steps=103,
         ),
         "MountainCarContinuous-v0": GymGoal(
             "Gym Mountain car · climb",
             "the car swings higher up the right hill, or reaches the flag with less effort",
-            ends_early=True,
+            random_steps=999,
         ),
         "Pendulum-v1": GymGoal(
             "Gym Pendulum · swing up", "the pendulum swings up and then stays pointing straight up"
@@ -73,7 +76,7 @@ GYM_GOALS = MappingProxyType(
         ),
         "Swimmer-v5": GymGoal("Gym Swimmer · swim", "the swimmer moves to the right faster"),
         "Walker2d-v5": GymGoal(
-            "Gym Walker · walk", "the walker walks to the right faster, upright on two legs", ends_early=True
+            "Gym Walker · walk", "the walker walks to the right faster, upright on two legs", random_steps=20
         ),
     }
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -43,7 +44,7 @@ def add(path: Path, name: str, title: str | None = None, goal: str | None = None
     first, second = make_environment(config), make_environment(config)
     check_goes_on(name, first, second)
     own_title, own_goal = words(family, called)
-    added = measure(config, title or own_title, goal or own_goal, ends_early=ends_early(first))
+    added = measure(config, title or own_title, goal or own_goal, random_steps=random_steps(first))
     text = as_text({**read(path), name: added}.values())
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_suffix(".unfinished")
@@ -83,18 +84,18 @@ def check_goes_on(name: str, first: Environment, second: Environment) -> None:
             break
 
 
-def ends_early(environment: Environment) -> bool:
-    """Whether an episode with random actions ends before its time."""
-    steps = actions(environment)
+def random_steps(environment: Environment) -> int:
+    """What half of some episodes with random actions last; 0 where none ends before its time."""
+    steps, lasted, early = actions(environment), [], False
     for episode in range(EPISODES):
         environment.reset(seed=episode)
-        for action in steps:
+        for count, action in enumerate(steps, start=1):
             _, _, terminated, truncated, _ = environment.step(action)
-            if terminated:
-                return True
-            if truncated:
+            if terminated or truncated:
+                lasted.append(count)
+                early = early or terminated
                 break
-    return False
+    return statistics.median_low(lasted) if early else 0
 
 
 def actions(environment: Environment) -> Iterator[Action]:

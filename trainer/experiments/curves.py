@@ -29,7 +29,7 @@ def curves(figure: Curves, drawing: Drawing) -> Path:
         axes.set(title=preset_named(task).title, xlabel="steps of the agent", ylabel=figure.measure)
         if labelled(axes):
             axes.legend(fontsize=8)
-    refuse_nothing(shown, figure.file, figure.measure)
+    refuse_nothing(shown, figure.measure)
     return saved(shown[0].figure, drawing.path(figure))
 
 

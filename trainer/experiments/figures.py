@@ -18,7 +18,7 @@ from labels_db.models import RunState
 from labels_db.presets import preset_named
 from trainer.experiments.curves import curves
 from trainer.experiments.drawing import COLOURS, Drawing
-from trainer.experiments.panels import panels, refuse_nothing, saved
+from trainer.experiments.panels import NothingToShowError, panels, refuse_nothing, saved
 from trainer.experiments.pictures import Row, query_sheet, strips
 from trainer.experiments.results import Results
 from trainer.experiments.tables import differences, ends
@@ -26,13 +26,16 @@ from trainer.experiments.tables import differences, ends
 
 def draw_all(
     figures: Iterable[Figure], experiment: Experiment, results: Results, data: DataFolder, folder: Path
-) -> Iterator[Path]:
-    """Those figures of the experiment; yields each file as it is written."""
+) -> Iterator[tuple[Path, str]]:
+    """Those figures of the experiment: yields the file of each, and why it could not be drawn or an empty text."""
     mpl.use("Agg")
     folder.mkdir(parents=True, exist_ok=True)
     drawing = Drawing(experiment, results, data, folder)
     for figure in figures:
-        yield DRAWERS[type(figure)](figure, drawing)
+        try:
+            yield DRAWERS[type(figure)](figure, drawing), ""
+        except NothingToShowError as nothing:
+            yield drawing.path(figure), str(nothing)
 
 
 def budgets(figure: Budgets, drawing: Drawing) -> Path:
@@ -49,7 +52,7 @@ def budgets(figure: Budgets, drawing: Drawing) -> Path:
             title = preset_named(task).title
             axes.errorbar(labels, means, deviations, marker="o", capsize=3, color=colour, label=title)
     axes.set(xlabel="labels", ylabel=f"{figure.measure} at the end")
-    refuse_nothing([axes], figure.file, figure.measure)
+    refuse_nothing([axes], figure.measure)
     axes.legend(fontsize=8)
     return saved(axes.figure, drawing.path(figure))
 

@@ -9,6 +9,10 @@ ACROSS = 3
 DPI = 150
 
 
+class NothingToShowError(Exception):
+    """No run has what the figure is about; the message says what that is."""
+
+
 def panels(count: int) -> list[Any]:
     from matplotlib import pyplot
 
@@ -34,10 +38,13 @@ def saved(figure: Any, path: Path) -> Path:
     return path
 
 
-def refuse_nothing(panels: list[Any], file: str, measure: str) -> None:
-    """ValueError instead of an empty picture."""
+def refuse_nothing(panels: list[Any], measure: str) -> None:
+    """NothingToShowError instead of an empty picture, which is closed."""
     if not any(map(labelled, panels)):
-        raise ValueError(f"{file}: no run has an evaluation with the measure {measure!r} yet")
+        from matplotlib import pyplot
+
+        pyplot.close(panels[0].figure)
+        raise NothingToShowError(f"no run has an evaluation with the measure {measure!r} yet")
 
 
 def labelled(axes: Any) -> bool:

@@ -18,6 +18,7 @@ from labels_db.run_config import Clips, RunConfig
 from labels_db.runs import config_of, get_run
 from trainer.environments import make_environment
 from trainer.evaluation import EvaluatedEpisode, evaluate
+from trainer.experiments.panels import NothingToShowError
 from trainer.policy import load_policy
 from trainer.rendering import CLIP_SECONDS, EncodedClip, Renderer, drawn
 from trainer.segments import states_from_bytes
@@ -129,7 +130,7 @@ def _stacked(rows: list[tuple[str, Picture]], path: Path) -> Path:
     from matplotlib import pyplot
 
     if not rows:
-        raise ValueError(f"{path.name}: no run has anything to show yet")
+        raise NothingToShowError("no run here has anything to show yet")
     aspect = rows[0][1].shape[0] / rows[0][1].shape[1]
     size = (11, len(rows) * (11 * aspect + 0.35))
     figure, grid = pyplot.subplots(len(rows), 1, figsize=size, squeeze=False, layout="constrained")

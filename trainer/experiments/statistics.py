@@ -11,6 +11,8 @@ from scipy.stats import t as student
 
 Values = NDArray[np.float64]
 RESAMPLES = 2000
+FEWEST = 3
+"""Runs of which an interval can be resampled: of one it has no width, of two it is just the two."""
 
 
 def interquartile_mean(values: Values) -> Values:
@@ -23,7 +25,13 @@ def interquartile_mean(values: Values) -> Values:
 
 
 def bootstrap_interval(values: Values, *, confidence: float = 0.95, seed: int = 0) -> tuple[Values, Values]:
-    """Percentile interval of the interquartile mean under resampled runs, [..., n] → twice [...]."""
+    """Percentile interval of the interquartile mean under resampled runs, [..., n] → twice [...].
+
+    It is not a number where there are too few to say anything.
+    """
+    if values.shape[-1] < FEWEST:
+        unknown = np.full(values.shape[:-1], np.nan)
+        return unknown, unknown
     rng = np.random.default_rng(seed)
     drawn = rng.integers(values.shape[-1], size=(RESAMPLES, values.shape[-1]))
     means = interquartile_mean(np.moveaxis(values[..., drawn], -2, 0))

@@ -9,6 +9,7 @@ import numpy as np
 
 from labels_db.figures import Differences, Ends
 from trainer.experiments.drawing import Drawing
+from trainer.experiments.panels import NothingToShowError
 from trainer.experiments.results import Results
 from trainer.experiments.statistics import bootstrap_interval, interquartile_mean, paired_difference
 
@@ -22,18 +23,21 @@ def ends(figure: Ends, drawing: Drawing) -> Path:
             if last:
                 lived = [f"{results.steps(task, method):,}", f"{results.answers(task, method):.0f}"]
                 rows.append([task, method, *lived, *_ends(last), _share(last, figure.published.get(task))])
+    if not rows:
+        raise NothingToShowError(f"no finished run has the measure {figure.measure!r} yet")
     head = ["task", "method", "steps", "answers", "seeds", "IQM", "95 % interval", "of published"]
     shown = len(head) if figure.published else len(head) - 1
     return _written(drawing.path(figure), head[:shown], (row[:shown] for row in rows))
 
 
 def _ends(last: Mapping[int, float]) -> list[str]:
-    """Every seed's, their interquartile mean and its interval."""
+    """Every seed's, their interquartile mean and its interval, if they are enough for one."""
     values = np.array(list(last.values()))
     low, high = bootstrap_interval(values)
     digits = _digits(values)
     seeds = ", ".join(f"{value:.{digits}f}" for value in values)
-    return [seeds, f"{interquartile_mean(values):.{digits}f}", f"{low:.{digits}f} … {high:.{digits}f}"]
+    interval = "–" if np.isnan(low) else f"{low:.{digits}f} … {high:.{digits}f}"
+    return [seeds, f"{interquartile_mean(values):.{digits}f}", interval]
 
 
 def _digits(values: Iterable[float]) -> int:
@@ -79,7 +83,7 @@ def _difference(task: str, one: str, other: str, figure: Differences, drawing: D
     try:
         found = paired_difference(ends[0], {seed: figure.share * end for seed, end in ends[1].items()})
     except ValueError as error:
-        return ["", "", "", str(error), ""]
+        return ["", "–", "–", str(error), "–"]
     digits = _digits([end for each in ends for end in each.values()])
     interval = f"{found.low:+.{digits}f} … {found.high:+.{digits}f}"
     mine, theirs = (np.mean([each[seed] for seed in found.seeds]) for each in ends)
