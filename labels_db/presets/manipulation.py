@@ -83,15 +83,17 @@ def _as_published(task: _Task, *, segment_steps: int, transform: str, tie: str) 
 
 
 def _laptop(task: _Task) -> RunConfig:
+    """An action is held four control steps, as on the laptop's other tasks: SAC opens the window in a quarter of the time."""
     return RunConfig(
-        environment=MetaWorld(task=task.name, goal_visible=True),
-        agent=SAC(width=256, batch_size=256, learning_rate=5e-4),
+        environment=MetaWorld(task=task.name, goal_visible=True, action_repeat=4),
+        agent=SAC(width=256, batch_size=256, learning_rate=5e-4, layer_norm=True),
         reward=LearnedReward(max_epochs=10),
+        exploration=StateEntropy(explore_steps=3000),
         feedback=Sessions(
-            teacher=Oracle(), budget=1000, queries_per_session=50, steps_between=5000, segment_steps=25
+            teacher=Oracle(), budget=1000, queries_per_session=50, steps_between=1500, segment_steps=25
         ),
-        evaluation=Evaluation(every=10_000, episodes=10),
-        total_steps=150_000,
+        evaluation=Evaluation(every=5000, episodes=10),
+        total_steps=50_000,
         precision="auto",
     )
 
