@@ -33,6 +33,7 @@ OPTIONS = {
     "seed": "--seed",
 }
 ENDS = {RunState.FINISHED: 0, RunState.STOPPED: 0, RunState.QUEUED: 0}
+TAKEN = "This process was silent for so long that the run was taken from it; another one goes on with it."
 
 
 def chosen_config(
@@ -72,7 +73,7 @@ def train_here(
             state = attempt.live()
         result = _result(database, owned.run_id, state, attempt.last_measures)
     print(json.dumps(result)) if as_json else _say(console, result)
-    return ENDS.get(state, 1)
+    return 1 if state is None else ENDS.get(state, 1)
 
 
 def _own_run(database: Database, preset: str, config: RunConfig, method: str | None) -> Claim:
@@ -91,19 +92,20 @@ def _given(database: Database, run_id: str) -> int:
 
 
 def _result(
-    database: Database, run_id: str, state: RunState, measures: Mapping[str, float]
+    database: Database, run_id: str, state: RunState | None, measures: Mapping[str, float]
 ) -> dict[str, Any]:
+    """What came of the attempt; where the run was taken from it, how that stands now."""
     with database.read() as session:
         run = get_run(session, run_id)
         counted = feedback_progress(session, run)
     return {
         "run": run_id,
-        "state": state.value,
+        "state": (state or run.state).value,
         "steps": run.step,
         "answers": counted.preferences,
         "return": measures.get("return"),
         "measures": {name: value for name, value in measures.items() if name != "return"},
-        "error": run.error,
+        "error": run.error if state else TAKEN,
     }
 
 

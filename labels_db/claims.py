@@ -131,7 +131,6 @@ def is_silent(run: Run, now: datetime, *, living: bool = False) -> bool:
 
 def interrupt_run(session: Session, run: Run, reason: str) -> str:
     """An attempt ended without finishing: queue the run again, or fail it after too many without progress."""
-    run.state = RunState.INTERRUPTED
     note(session, run, reason)
     if run.desired is Desired.STOP:
         end_run(session, run, RunState.STOPPED, f"Stopped at step {number(run.step)}.")

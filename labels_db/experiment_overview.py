@@ -45,7 +45,7 @@ def standing_of(states: Sequence[tuple[RunState, int]]) -> Standing:
     return Standing(
         finished=_sum(states, RunState.FINISHED),
         going=_sum(states, *ALIVE),
-        queued=_sum(states, RunState.QUEUED, RunState.INTERRUPTED),
+        queued=_sum(states, RunState.QUEUED),
         failed=_sum(states, RunState.FAILED),
         stopped=_sum(states, RunState.STOPPED),
     )

@@ -166,7 +166,7 @@ def request_experiment(
     session.merge(ExperimentTitle(experiment=experiment.name, title=experiment.title))
     for run_id in elsewhere:
         run = session.get(Run, run_id)
-        if run is not None and run.state in {RunState.QUEUED, RunState.INTERRUPTED}:
+        if run is not None and run.state is RunState.QUEUED:
             stop_run(session, run_id)
     return [_requested(session, one) for one in experiment.planned() if one.run_id not in elsewhere]
 

@@ -79,12 +79,12 @@ def pause_run(session: Session, run_id: str) -> Run:
 
 
 def resume_run(session: Session, run_id: str) -> Run:
-    """Go on: at once when paused, from the last checkpoint when stopped, failed or interrupted."""
+    """Go on: at once when paused, from the last checkpoint when stopped or failed."""
     run = _expect_going(get_run(session, run_id), "resume")
     if run.desired is Desired.PAUSE:
         run.desired = Desired.RUN
     elif run.state is not RunState.PAUSED:  # a paused one has been asked already and is about to go on
-        expect(run, "resume", RunState.STOPPED, RunState.FAILED, RunState.INTERRUPTED)
+        expect(run, "resume", RunState.STOPPED, RunState.FAILED)
         requeue(run)
         run.fruitless_attempts = 0
     note(session, run, "Resume asked for.")
@@ -99,7 +99,7 @@ def _expect_going(run: Run, action: str) -> Run:
 
 def stop_run(session: Session, run_id: str) -> Run:
     """Stop with a checkpoint; a queued run stops at once."""
-    run = expect(get_run(session, run_id), "stop", RunState.QUEUED, RunState.INTERRUPTED, *ALIVE)
+    run = expect(get_run(session, run_id), "stop", RunState.QUEUED, *ALIVE)
     run.desired = Desired.STOP
     if run.state not in ALIVE:
         end_run(session, run, RunState.STOPPED, "Stopped before it started.")

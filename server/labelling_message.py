@@ -83,8 +83,6 @@ def _not_begun(queue: Queue, _now: datetime) -> MessageOut | None:
         return _say("queued", where, "Pairs come a while after it has started.")
     if state is RunState.STARTING:
         return _say("starting", "The run is starting. The first pairs come once the robot has moved a while.")
-    if state is RunState.INTERRUPTED:
-        return _say("interrupted", "The training was interrupted and starts again by itself.", KEPT)
     return None
 
 

@@ -82,7 +82,6 @@ MessageKind = Literal[
     "answered",
     "queued",
     "starting",
-    "interrupted",
     "paused",
     "silent",
     "rendering",

@@ -57,8 +57,7 @@ def actions_of(run: Run) -> frozenset[Action]:
     stopping = run.desired is Desired.STOP
     possible: dict[Action, bool] = {
         "pause": run.state in ALIVE and run.desired is Desired.RUN,
-        "resume": run.desired is Desired.PAUSE
-        or run.state in (RunState.STOPPED, RunState.FAILED, RunState.INTERRUPTED),
+        "resume": run.desired is Desired.PAUSE or run.state in (RunState.STOPPED, RunState.FAILED),
         "stop": not stopping and run.state not in ENDED,
         "extend": not stopping,
     }

@@ -104,7 +104,6 @@ _STATES: Mapping[RunState, Callable[[RunOverview], str]] = {
     RunState.FINISHED: _at("Finished at step {step}."),
     RunState.FAILED: _at("Failed at step {step}. Resume tries again from the last checkpoint."),
     RunState.STOPPED: _stopped,
-    RunState.INTERRUPTED: _at("Interrupted at step {step}. It will be queued again by itself."),
 }
 
 

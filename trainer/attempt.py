@@ -61,13 +61,13 @@ class Attempt:
         returns = [episode.true_return for episode in self.last_evaluation]
         return {"return": sum(returns) / len(returns), **mean_measures(self.last_evaluation)}
 
-    def live(self) -> RunState:
-        """Train until the run finishes, fails, or is stopped; returns the state it is left in."""
+    def live(self) -> RunState | None:
+        """Train until the run finishes, fails or is stopped: the state it is left in; None where it was taken away."""
         try:
             return self._live()
         except AttemptLostError as error:
             log.warning("the run belongs to another attempt now", reason=str(error))
-            return RunState.INTERRUPTED
+            return None
         except Exception as error:
             log.exception("the run failed")
             with self.database.write() as session:
@@ -161,7 +161,7 @@ class Attempt:
         self.database.close()
 
 
-def live_in_this_process(data_path: Path, artifacts_url: str | None, claim: Claim) -> RunState:
+def live_in_this_process(data_path: Path, artifacts_url: str | None, claim: Claim) -> RunState | None:
     """The whole life of a run's own process: SIGTERM and SIGINT end it with a checkpoint."""
     attempt = Attempt(DataFolder(data_path, artifacts_url), claim)
     for caught in (signal.SIGTERM, signal.SIGINT):

@@ -16,7 +16,6 @@ class RunState(StrEnum):
     FINISHED = "finished"
     FAILED = "failed"
     STOPPED = "stopped"
-    INTERRUPTED = "interrupted"
 
 
 ALIVE = (RunState.STARTING, RunState.RUNNING, RunState.WAITING, RunState.PAUSED)

@@ -12,8 +12,9 @@ import pytest
 from rich.console import Console
 
 from cli.tables import plain_console
-from cli.train import _display, _given, _say
+from cli.train import _display, _given, _result, _say
 from labels_db.answers import retract_answer
+from labels_db.claims import attempt_died
 from labels_db.data_folder import DataFolder
 from labels_db.feedback_progress import read_inbox
 from labels_db.models import Pressed
@@ -41,6 +42,15 @@ ENDED: dict[str, Any] = {
 def test_an_error_is_printed_as_it_is(error: str, capsys: pytest.CaptureFixture[str]) -> None:
     _say(plain_console(), {**ENDED, "error": error})
     assert error in capsys.readouterr().out
+
+
+def test_a_run_that_was_taken_from_it_is_told_as_it_stands(tmp_path: Path) -> None:
+    with DataFolder(tmp_path).open_database() as database:
+        with database.write() as session:
+            owner = given.a_claim(session)
+            attempt_died(session, owner, "silent")
+        told = _result(database, owner.run_id, None, {})
+    assert (told["state"], "was taken from it" in told["error"]) == ("queued", True)
 
 
 def test_the_progress_line_counts_the_answers_that_count(tmp_path: Path) -> None:

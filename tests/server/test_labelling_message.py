@@ -63,7 +63,6 @@ CASES = [
     (a_queue(state=RunState.QUEUED, place=2), "queued", "behind 1 other run."),
     (a_queue(state=RunState.QUEUED, place=4), "queued", "behind 3 other runs."),
     (a_queue(state=RunState.STARTING), "starting", "starting"),
-    (a_queue(state=RunState.INTERRUPTED), "interrupted", "by itself"),
     (a_queue(state=RunState.PAUSED), "paused", "Paused at step"),
     (a_queue(desired=Desired.PAUSE), "paused", "Paused at step"),
     (a_queue(desired=Desired.STOP), "stopped", "is stopping"),

@@ -60,10 +60,6 @@ SENTENCES = [
     ({"state": RunState.STOPPED, "step": 0}, "Stopped before its first step. Resume queues it again."),
     ({"state": RunState.FINISHED}, "Finished at step 12\u202f400."),
     ({"state": RunState.FAILED}, "Failed at step 12\u202f400. Resume tries again from the last checkpoint."),
-    (
-        {"state": RunState.INTERRUPTED},
-        "Interrupted at step 12\u202f400. It will be queued again by itself.",
-    ),
     ({"state": RunState.QUEUED}, "Next in the queue."),
 ]
 

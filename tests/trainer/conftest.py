@@ -65,7 +65,7 @@ class Lab:
         with self.database.write() as session:
             return claim(session, get_run(session, run_id), "test", now=utc_now())
 
-    def live(self, run_id: str = RUN) -> RunState:
+    def live(self, run_id: str = RUN) -> RunState | None:
         return Attempt(self.data, self.claim(run_id)).live()
 
 

@@ -12,7 +12,7 @@ import pytest
 from sqlalchemy import select
 
 from labels_db import catalogue
-from labels_db.claims import Claim
+from labels_db.claims import Claim, attempt_died
 from labels_db.models import (
     Choice,
     Event,
@@ -126,6 +126,16 @@ def test_equal_seeds_give_equal_runs_and_other_seeds_others(lab: Lab, undisturbe
     lab.request(small_config(seed=2))
     lab.live()
     assert weights(lab) != weights(undisturbed)
+
+
+def test_an_attempt_that_has_lost_its_run_leaves_it_in_no_state(lab: Lab) -> None:
+    lab.request(small_config())
+    lost = lab.claim()
+    with lab.database.write() as session:
+        attempt_died(session, lost, "silent for too long")
+    assert Attempt(lab.data, lost).live() is None
+    with lab.database.read() as session:
+        assert get_run(session, RUN).state is RunState.QUEUED
 
 
 # What a run is asked for --------------------------------------------------------------------------

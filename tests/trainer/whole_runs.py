@@ -60,7 +60,7 @@ def rows(lab: Lab) -> dict[str, list[Any]]:
         }
 
 
-def live_until(lab: Lab, step: int) -> RunState:
+def live_until(lab: Lab, step: int) -> RunState | None:
     """Live the run until somebody stops it before that step."""
     before = RecordedUpkeep.before_step
 

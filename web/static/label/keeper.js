@@ -12,7 +12,7 @@ const HIDDEN_MS = 3000;
 const CALM_MS = 2000;
 const OVER_MS = 5000;
 const UNREACHED_MS = 2000;
-const CALM = new Set(["queued", "starting", "interrupted", "paused", "silent"]);
+const CALM = new Set(["queued", "starting", "paused", "silent"]);
 const OVER = new Set(["answered", "finished", "archived", "scripted", "failed", "stopped"]);
 
 /** Whether an answer to a pair that is not lent any more would still teach the run something. */
