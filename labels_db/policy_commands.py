@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Literal
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -14,10 +15,19 @@ from labels_db.models import ENDED, Command, Run
 from labels_db.records import checkpoints_of, evaluation, evaluation_at
 from labels_db.runs import config_of, get_run
 
-POLICY_COMMANDS = frozenset({"evaluate", "video", "export-policy"})
+PolicyCommand = Literal["evaluate", "video", "export-policy"]
+
+TAKES: Mapping[PolicyCommand, Mapping[str, Any]] = MappingProxyType(
+    {"evaluate": {"episodes": 10}, "video": {}, "export-policy": {"format": "onnx"}}
+)
+"""What each command may be told, and what it takes where it is not."""
+
+POLICY_COMMANDS: frozenset[str] = frozenset(TAKES)
 
 
-def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **arguments: Any) -> Command:
+def ask_of_policy(
+    session: Session, run_id: str, kind: PolicyCommand, *, asked_by: str, **arguments: Any
+) -> Command:
     """Leave a command that needs a run's last checkpoint, once no trainer will write another."""
     run = get_run(session, run_id)
     if run.state not in ENDED:
@@ -32,7 +42,7 @@ def ask_of_policy(session: Session, run_id: str, kind: str, *, asked_by: str, **
         raise ConflictError(
             f"run {run_id}: no video to make; its last policy has one already, or its environment no picture"
         )
-    return ask(session, run_id, kind, asked_by=asked_by, **arguments)
+    return ask(session, run_id, kind, asked_by=asked_by, **{**TAKES[kind], **arguments})
 
 
 def video_missing(session: Session, run: Run) -> bool:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from fastapi import Path
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, model_validator
+
+from labels_db.policy_commands import TAKES, PolicyCommand
 
 LARGEST = 2**53 - 1
 """The largest integer that every JSON reader keeps whole."""
@@ -75,28 +75,26 @@ class NewGoal(Asked):
     text: GoalText = Field(examples=["Prefer the clip in which the pole turns faster and more evenly."])
 
 
-TAKES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
-    {"evaluate": {"episodes": 10}, "video": {}, "export-policy": {"format": "onnx"}}
-)
-"""What each command may be told, and what it takes where it is not."""
-
-
 class NewCommand(Asked):
     """Something to be done with the last policy of a run that has ended."""
 
-    kind: Literal["evaluate", "video", "export-policy"]
-    episodes: int | None = Field(None, ge=1, le=100, description="With `evaluate` only; 10 when absent.")
+    kind: PolicyCommand
+    episodes: int | None = Field(
+        None, ge=1, le=100, description=f"With `evaluate` only; {TAKES['evaluate']['episodes']} when absent."
+    )
     format: Literal["onnx", "safetensors"] | None = Field(
-        None, description="With `export-policy` only; onnx when absent."
+        None, description=f"With `export-policy` only; {TAKES['export-policy']['format']} when absent."
     )
 
     @model_validator(mode="after")
     def _nothing_idle(self) -> NewCommand:
-        for name in ("episodes", "format"):
-            if getattr(self, name) is not None and name not in TAKES[self.kind]:
+        for name in self.arguments:
+            if name not in TAKES[self.kind]:
                 raise ValueError(f"{self.kind} takes no {name}; leave it out")
         return self
 
     @property
     def arguments(self) -> dict[str, Any]:
-        return {name: getattr(self, name) or usual for name, usual in TAKES[self.kind].items()}
+        """What it was told."""
+        told = {"episodes": self.episodes, "format": self.format}
+        return {name: value for name, value in told.items() if value is not None}

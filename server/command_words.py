@@ -10,8 +10,6 @@ from labels_db.models import Command
 from labels_db.numbers import number
 from server.words import decimal, measure, plural, size
 
-DOING = {"evaluate": "Evaluating.", "video": "Drawing.", "export-policy": "Exporting."}
-
 
 def error_of(command: Command) -> str | None:
     """Why nothing came of it."""
@@ -30,10 +28,10 @@ def command_sentence(command: Command) -> str:
     if command.taken_at is None:
         return "Waiting for the supervisor."
     if command.result is None:
-        return DOING[command.kind]
+        return WORDS[command.kind][0]
     if error := error_of(command):
         return f"That did not work: {error}"
-    return TELLING[command.kind](command.result)
+    return WORDS[command.kind][1](command.result)
 
 
 def evaluated(result: dict[str, Any]) -> str:
@@ -52,6 +50,11 @@ def drawn(result: dict[str, Any]) -> str:
     return f"A video of the policy after step {number(result['step'])}."
 
 
-TELLING: Mapping[str, Callable[[dict[str, Any]], str]] = MappingProxyType(
-    {"evaluate": evaluated, "video": drawn, "export-policy": exported}
+WORDS: Mapping[str, tuple[str, Callable[[dict[str, Any]], str]]] = MappingProxyType(
+    {
+        "evaluate": ("Evaluating.", evaluated),
+        "video": ("Drawing.", drawn),
+        "export-policy": ("Exporting.", exported),
+    }
 )
+"""What each command says while it is done, and of its result."""

@@ -54,7 +54,7 @@ class Record:
 
 
 def _evaluate(command: Command, policy: TrainedPolicy, _record: Record) -> dict[str, Any]:
-    return evaluation_of(policy, int(command.arguments.get("episodes", 10)), policy.config.seed)
+    return evaluation_of(policy, command.arguments["episodes"], policy.config.seed)
 
 
 def _video(command: Command, policy: TrainedPolicy, record: Record) -> dict[str, Any]:
@@ -86,7 +86,7 @@ def _video(command: Command, policy: TrainedPolicy, record: Record) -> dict[str,
 
 
 def _export(command: Command, policy: TrainedPolicy, record: Record) -> dict[str, Any]:
-    ending = command.arguments.get("format", "onnx")
+    ending = command.arguments["format"]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{command.run_id}-step-{policy.step}.{ending}"
         export_policy(policy, path)

@@ -7,7 +7,9 @@ import pytest
 from labels_db.catalogue import CatalogueEntry
 from labels_db.claims import finish_run
 from labels_db.models import Command, utc_now
-from labels_db.policy_commands import keep_video
+from labels_db.policy_commands import POLICY_COMMANDS, keep_video
+from server.command_words import WORDS
+from server.policy_view import BUTTONS
 from tests.server.conftest import BASE, Site
 from tests.web import demo
 
@@ -29,6 +31,10 @@ def finished(site: Site, preset: str) -> str:
         demo.saved(session, held, 40_000)
         finish_run(session, held)
     return held.run_id
+
+
+def test_every_command_has_a_button_and_words() -> None:
+    assert {button.kind for button in BUTTONS} == set(WORDS) == POLICY_COMMANDS
 
 
 def exported(site: Site, run_id: str, form: str = "onnx") -> Command:

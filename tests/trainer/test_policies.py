@@ -17,6 +17,7 @@ from labels_db.artifacts import video_of
 from labels_db.claims import finish_run
 from labels_db.errors import ConflictError
 from labels_db.models import Command
+from labels_db.policy_commands import POLICY_COMMANDS
 from labels_db.records import evaluations_of, record_evaluation
 from labels_db.run_config import RunConfig
 from tests.trainer.conftest import RUN, Lab, small_config
@@ -68,6 +69,10 @@ def test_safetensors_with_its_layout_can_be_rolled_out_by_hand(policy: TrainedPo
         x = x @ arrays[layer["weight"]] + arrays[layer["bias"]]
         x = np.maximum(x, 0) if layer["activation"] == "relu" else np.tanh(x)
     np.testing.assert_allclose(x, policy(OBSERVATIONS), atol=1e-6)
+
+
+def test_every_command_has_its_doer() -> None:
+    assert set(DOERS) == POLICY_COMMANDS
 
 
 def test_an_exported_file_explains_itself(policy: TrainedPolicy, lab: Lab) -> None:

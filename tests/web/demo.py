@@ -20,7 +20,7 @@ from labels_db.feedback_sessions import open_session, post_query, session_querie
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Clip, Command, FeedbackSession, Pressed, Run, RunState, Segment, utc_now
 from labels_db.overrides import with_settings
-from labels_db.policy_commands import ask_of_policy
+from labels_db.policy_commands import PolicyCommand, ask_of_policy
 from labels_db.presets import preset_named
 from labels_db.records import (
     FitReport,
@@ -184,7 +184,7 @@ def saved(session: Session, held: Claim, step: int) -> None:
     record_checkpoint(session, held, step=step, manifest_key=key, checksum=sha256(b""))
 
 
-def asked_of(session: Session, run_id: str, kind: str, **arguments: object) -> Command:
+def asked_of(session: Session, run_id: str, kind: PolicyCommand, **arguments: object) -> Command:
     return ask_of_policy(session, run_id, kind, asked_by="demo", **arguments)
 
 
