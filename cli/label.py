@@ -28,8 +28,6 @@ from server.token import access_token
 from trainer.teachers import ScriptedTeacher, scripted_teacher_named
 
 WAIT_SECONDS = 0.5
-OVER = {"finished", "failed", "stopped", "answered", "archived", "scripted"}
-"""Queue messages after which no more pairs are to be expected."""
 
 
 class Client:
@@ -105,7 +103,7 @@ def _leases(client: Client, run_id: str) -> Iterator[dict[str, Any]]:
         message = reply["queue"]["message"]
         if reply["leases"]:
             yield reply["leases"][0]
-        elif message and message["kind"] in OVER:
+        elif message and message["over"]:
             return
         else:
             time.sleep(WAIT_SECONDS)

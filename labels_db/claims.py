@@ -14,7 +14,7 @@ from sqlalchemy import Select, func, select, true
 from sqlalchemy.orm import Session
 
 from labels_db.errors import AttemptLostError
-from labels_db.models import ALIVE, Desired, Run, RunState
+from labels_db.models import ALIVE, Desired, Phase, Run, RunState
 from labels_db.numbers import number
 from labels_db.runs import config_of, end_run, expect, get_run, note, requeue
 
@@ -40,7 +40,7 @@ class Report:
     """What a trainer says of itself with every beat."""
 
     state: RunState
-    phase: str
+    phase: Phase
     step: int
     steps_per_second: float | None = None
     wanted_answers: int = 0
@@ -72,7 +72,7 @@ def claim(session: Session, run: Run, owner: str, *, now: datetime) -> Claim:
     run.progress_at = now
     run.ended_at = None
     run.error = None
-    run.phase = "starting"
+    run.phase = Phase.STARTING
     note(session, run, f"Attempt {run.attempt} starts.")
     return Claim(run.id, run.attempt)
 

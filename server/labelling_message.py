@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import datetime
 
 from labels_db.claims import is_silent
 from labels_db.labelling import Queue
-from labels_db.models import Desired, RunState
+from labels_db.models import Desired, Phase, RunState
 from labels_db.numbers import number
 from server.labelling_models import MessageKind, MessageOut
 from server.words import duration, plural
@@ -16,6 +16,10 @@ Reason = Callable[[Queue, datetime], MessageOut | None]
 
 KEPT = "Your answers are kept."
 BY_ITSELF = "This page goes on by itself."
+OVER: frozenset[MessageKind] = frozenset(
+    {"archived", "scripted", "finished", "failed", "stopped", "answered"}
+)
+"""Reasons after which no more pairs come, unless somebody asks more of the run."""
 
 
 def empty_message(queue: Queue, now: datetime) -> MessageOut:
@@ -33,7 +37,8 @@ def empty_message(queue: Queue, now: datetime) -> MessageOut:
 
 
 def _say(kind: MessageKind, *sentences: str, seconds: float | None = None) -> MessageOut:
-    return MessageOut(kind=kind, sentence=" ".join(filter(None, sentences)), seconds=seconds)
+    sentence = " ".join(filter(None, sentences))
+    return MessageOut(kind=kind, sentence=sentence, over=kind in OVER, seconds=seconds)
 
 
 def _over(queue: Queue, _now: datetime) -> MessageOut | None:
@@ -125,11 +130,18 @@ def _no_more_sessions(queue: Queue, now: datetime) -> MessageOut | None:
     return _say("answered", learns, f"The agent goes on training, {_how_long(queue, now)}.")
 
 
-DOING = {
-    "seeding": "trying things out",
-    "exploring": "trying things out",
-    "fitting": "learning from your answers",
-    "relabelling": "learning from your answers",
+DOING: Mapping[str, str] = {
+    Phase.STARTING: "training",
+    Phase.SEEDING: "trying things out",
+    Phase.EXPLORING: "trying things out",
+    Phase.ASKING: "training",
+    Phase.WAITING: "training",
+    Phase.FITTING: "learning from your answers",
+    Phase.RELABELLING: "learning from your answers",
+    Phase.TRAINING: "training",
+    Phase.EVALUATING: "training",
+    Phase.CHECKPOINTING: "training",
+    Phase.PAUSED: "training",
 }
 
 

@@ -96,6 +96,7 @@ class MessageOut(BaseModel):
 
     kind: MessageKind
     sentence: str
+    over: bool = Field(description="No more pairs come, unless somebody asks more of the run.")
     seconds: float | None = Field(None, description="Until the next pairs, where that is known.")
 
 

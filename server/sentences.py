@@ -7,7 +7,7 @@ from datetime import datetime
 
 from labels_db.claims import is_silent
 from labels_db.history import OpenQuery
-from labels_db.models import ALIVE, Desired, RunState
+from labels_db.models import ALIVE, Desired, Phase, RunState
 from labels_db.numbers import number
 from labels_db.overview import RunOverview
 from server.words import duration, plural
@@ -34,7 +34,7 @@ def _queued(seen: RunOverview) -> str:
 
 
 def _running(seen: RunOverview) -> str:
-    return _PHASES.get(seen.run.phase, _training)(seen)
+    return PHASES.get(seen.run.phase, _training)(seen)
 
 
 def _waiting(seen: RunOverview) -> str:
@@ -82,25 +82,30 @@ def _next(seen: RunOverview) -> str:
     return f", about {duration(left / speed)} left" if left > 0 else ""
 
 
-_PHASES: Mapping[str, Callable[[RunOverview], str]] = {
-    "starting": _at("Starting."),
-    "seeding": _at("Moving at random: {progress}."),
-    "exploring": _exploring,
-    "asking": _at("Choosing pairs to ask about."),
-    "fitting": _fitting,
-    "relabelling": _at("Giving everything it has lived through the new reward."),
-    "training": _training,
-    "evaluating": _at("Trying its policy out at step {step}."),
-    "checkpointing": _at("Saving a checkpoint at step {step}."),
-    "waiting": _waiting,
+_starting = _at("Starting.")
+_paused = _at("Paused at step {step}. Answers still count.")
+
+PHASES: Mapping[str, Callable[[RunOverview], str]] = {
+    Phase.STARTING: _starting,
+    Phase.SEEDING: _at("Moving at random: {progress}."),
+    Phase.EXPLORING: _exploring,
+    Phase.ASKING: _at("Choosing pairs to ask about."),
+    Phase.WAITING: _waiting,
+    Phase.FITTING: _fitting,
+    Phase.RELABELLING: _at("Giving everything it has lived through the new reward."),
+    Phase.TRAINING: _training,
+    Phase.EVALUATING: _at("Trying its policy out at step {step}."),
+    Phase.CHECKPOINTING: _at("Saving a checkpoint at step {step}."),
+    Phase.PAUSED: _paused,
 }
+"""What a running trainer does; one newer than this server may say something else, and trains."""
 
 _STATES: Mapping[RunState, Callable[[RunOverview], str]] = {
     RunState.QUEUED: _queued,
-    RunState.STARTING: _at("Starting."),
+    RunState.STARTING: _starting,
     RunState.RUNNING: _running,
     RunState.WAITING: _waiting,
-    RunState.PAUSED: _at("Paused at step {step}. Answers still count."),
+    RunState.PAUSED: _paused,
     RunState.FINISHED: _at("Finished at step {step}."),
     RunState.FAILED: _at("Failed at step {step}. Resume tries again from the last checkpoint."),
     RunState.STOPPED: _stopped,

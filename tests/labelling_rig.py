@@ -11,7 +11,18 @@ from labels_db.claims import Claim, Report, beat, claim, finish_run
 from labels_db.database import Database
 from labels_db.feedback_sessions import open_session, post_query, supersede_queries
 from labels_db.leases import labeller_named, lease_queries
-from labels_db.models import Answer, Clip, FeedbackSession, Lease, Pressed, Query, RunState, Segment, utc_now
+from labels_db.models import (
+    Answer,
+    Clip,
+    FeedbackSession,
+    Lease,
+    Phase,
+    Pressed,
+    Query,
+    RunState,
+    Segment,
+    utc_now,
+)
 from labels_db.presets import preset_named
 from labels_db.records import attach_video, record_evaluation
 from labels_db.runs import get_run, request_run
@@ -69,7 +80,7 @@ class LabelRun:
         wanted_answers: int = 0,
     ) -> None:
         """A heartbeat, at 100 steps a second."""
-        report = Report(state, "training", step, 100.0, wanted_answers, next_session_step, utc_now())
+        report = Report(state, Phase.TRAINING, step, 100.0, wanted_answers, next_session_step, utc_now())
         with self.database.write() as session:
             beat(session, self.owner, report, now=utc_now())
 

@@ -20,7 +20,7 @@ from labels_db.feedback_sessions import (
     supersede_queries,
     trim_session,
 )
-from labels_db.models import FeedbackSession, RunState
+from labels_db.models import FeedbackSession, Phase, RunState
 from labels_db.run_config import Asking, Uniform
 from labels_db.runs import get_run, note
 from trainer.posting import Asked, Desk
@@ -135,7 +135,7 @@ class Asker:
         count = self.session_size(wanted)
         if not count:
             return False
-        self.progress.phase("asking")
+        self.progress.phase(Phase.ASKING)
         self.checkpoint()
         with self.database.write() as session:
             opened = open_session(
@@ -186,7 +186,7 @@ class Asker:
     def wait(self, step: int, until: Callable[[Inbox], bool]) -> Inbox:
         """Say for how many answers training waits, and obey people meanwhile."""
         while not until(inbox := self._listen()):
-            self.progress.phase("waiting", RunState.WAITING, wanted_answers=inbox.open + inbox.rendering)
+            self.progress.phase(Phase.WAITING, RunState.WAITING, wanted_answers=inbox.open + inbox.rendering)
             self.obey()
             time.sleep(0.05)
         return self.news(step)

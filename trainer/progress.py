@@ -17,7 +17,7 @@ from labels_db.claims import Claim, Report, beat
 from labels_db.database import Database
 from labels_db.errors import RecordError
 from labels_db.feedback_progress import Inbox, read_inbox
-from labels_db.models import Desired, RunState, utc_now
+from labels_db.models import Desired, Phase, RunState, utc_now
 from labels_db.records import Measurement, record_metrics
 from trainer.event_files import EventFiles
 
@@ -33,7 +33,7 @@ class Status:
     """What the training thread says of itself; plain assignments, read by the other thread."""
 
     state: RunState = RunState.STARTING
-    phase: str = "starting"
+    phase: Phase = Phase.STARTING
     step: int = 0
     wanted_answers: int = 0
     next_session_step: int | None = None
@@ -85,7 +85,7 @@ class Progress:
                 self.inbox = read_inbox(session, self.claim.run_id)
             return self.inbox
 
-    def phase(self, phase: str, state: RunState = RunState.RUNNING, *, wanted_answers: int = 0) -> None:
+    def phase(self, phase: Phase, state: RunState = RunState.RUNNING, *, wanted_answers: int = 0) -> None:
         self.status.phase, self.status.state, self.status.wanted_answers = phase, state, wanted_answers
 
     def metrics(self, step: int, values: dict[str, float]) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from labels_db.models import Phase
 from labels_db.run_config import RunConfig, StateEntropy
 from trainer.agents.interface import Agent, Losses
 from trainer.collector import Collector, Transitions
@@ -32,7 +33,7 @@ class Upkeep(Protocol):
     def obey(self) -> None:
         """In the middle of something long: wait while people pause, raise when they stop the run."""
 
-    def phase(self, phase: str) -> None:
+    def phase(self, phase: Phase) -> None:
         """Say what is being done."""
 
     def after_fit(self, training: Training) -> None:
@@ -48,7 +49,7 @@ class NoUpkeep:
 
     def obey(self) -> None: ...
 
-    def phase(self, phase: str) -> None: ...
+    def phase(self, phase: Phase) -> None: ...
 
     def after_fit(self, training: Training) -> None: ...
 
@@ -99,7 +100,7 @@ class Training:
         if not labels:
             self.journal.note("No preferences yet: every answer so far was 'cannot tell'.")
             return
-        self.upkeep.phase("fitting")
+        self.upkeep.phase(Phase.FITTING)
         preferences = self.answered.preferences(labels)
         report = self.model.fit(preferences, self.answered.preferences(fresh) if fresh else None)
         scores = self.model.probabilities(preferences.first, preferences.second).mean(0)
@@ -120,7 +121,7 @@ class Training:
             return
         assert self.model is not None
         if self.model.config.relabel:
-            self.upkeep.phase("relabelling")
+            self.upkeep.phase(Phase.RELABELLING)
             self.agent.relabel(self.model, self.upkeep.obey)
         self.relabelled = True
         self.end_exploration_when_due()

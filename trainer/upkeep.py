@@ -8,7 +8,7 @@ import time
 import structlog
 
 from labels_db.catalogue import ENDS_EARLY
-from labels_db.models import Desired, RunState
+from labels_db.models import Desired, Phase, RunState
 from labels_db.run_config import NoFeedback, RunConfig
 from labels_db.storage import ArtifactError
 from trainer.agents.interface import Losses
@@ -86,13 +86,13 @@ class RecordedUpkeep:
     def after_fit(self, training: Training) -> None:
         self.save(training)
 
-    def phase(self, phase: str) -> None:
+    def phase(self, phase: Phase) -> None:
         self.progress.phase(phase)
 
-    def _doing(self, training: Training) -> str:
+    def _doing(self, training: Training) -> Phase:
         if training.step < self.config.exploration.seed_steps:
-            return "seeding"
-        return "exploring" if training.exploring else "training"
+            return Phase.SEEDING
+        return Phase.EXPLORING if training.exploring else Phase.TRAINING
 
     # Control -------------------------------------------------------------------------------------
 
@@ -101,7 +101,7 @@ class RecordedUpkeep:
         status = self.progress.status
         doing = status.phase, status.state
         while self._obey_once() is Desired.PAUSE:
-            self.progress.phase("paused", RunState.PAUSED)
+            self.progress.phase(Phase.PAUSED, RunState.PAUSED)
             time.sleep(0.05)
         status.phase, status.state = doing
 
@@ -117,7 +117,7 @@ class RecordedUpkeep:
 
     def evaluate(self, training: Training) -> list[EvaluatedEpisode]:
         """Record how the policy does now, and have its first episode rendered if that is wished."""
-        self.phase("evaluating")
+        self.phase(Phase.EVALUATING)
         episodes = evaluate(
             lambda observations: training.agent.act(observations, explore=False),
             self.environment,
@@ -144,7 +144,7 @@ class RecordedUpkeep:
         """Write a checkpoint; without `rows`, of the networks and counters only (a finished run)."""
         doing = self.progress.status.phase
         refuse_diverged_networks(training)
-        self.phase("checkpointing")
+        self.phase(Phase.CHECKPOINTING)
         self.progress.flush()  # what lies before a checkpoint is not measured again
         state = {**training.state(), "evaluated": self.evaluated, "told": self.told}
         pool = training.collector.pool if rows else None

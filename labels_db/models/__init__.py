@@ -5,7 +5,17 @@ from labels_db.models.base import Base, Moment, utc_now
 from labels_db.models.learning import EvaluationResult, Fit, Metric, QueryScore
 from labels_db.models.queries import Clip, FeedbackSession, Query, Segment
 from labels_db.models.runs import Checkpoint, Command, Event, ExperimentTitle, GoalCard, Run
-from labels_db.models.words import ALIVE, ENDED, Choice, Desired, LabellerKind, Pressed, QueryState, RunState
+from labels_db.models.words import (
+    ALIVE,
+    ENDED,
+    Choice,
+    Desired,
+    LabellerKind,
+    Phase,
+    Pressed,
+    QueryState,
+    RunState,
+)
 
 __all__ = [
     "ALIVE",
@@ -29,6 +39,7 @@ __all__ = [
     "Lease",
     "Metric",
     "Moment",
+    "Phase",
     "Pressed",
     "Query",
     "QueryScore",

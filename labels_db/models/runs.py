@@ -38,6 +38,7 @@ class Run(Base):
 
     # What the trainer last said of itself.
     phase: Mapped[str] = mapped_column(default="")
+    """A `Phase`, or one that only a newer trainer knows; empty while none owns the run."""
     step: Mapped[int] = mapped_column(default=0)
     steps_per_second: Mapped[float | None]
     wanted_answers: Mapped[int] = mapped_column(default=0)

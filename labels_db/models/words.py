@@ -33,6 +33,22 @@ class Desired(StrEnum):
     STOP = "stop"
 
 
+class Phase(StrEnum):
+    """What a trainer is doing; `server/sentences.py` and `server/labelling_message.py` have words for each."""
+
+    STARTING = "starting"
+    SEEDING = "seeding"
+    EXPLORING = "exploring"
+    ASKING = "asking"
+    WAITING = "waiting"
+    FITTING = "fitting"
+    RELABELLING = "relabelling"
+    TRAINING = "training"
+    EVALUATING = "evaluating"
+    CHECKPOINTING = "checkpointing"
+    PAUSED = "paused"
+
+
 class QueryState(StrEnum):
     OPEN = "open"
     CLOSED = "closed"

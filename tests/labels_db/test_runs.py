@@ -14,7 +14,7 @@ from labels_db import claims, feedback_sessions, records, runs
 from labels_db.claims import HUNG_AFTER, STALE_AFTER, Claim, Report
 from labels_db.database import Database
 from labels_db.errors import AttemptLostError, ConflictError, NotFoundError
-from labels_db.models import ALIVE, Desired, Event, FeedbackSession, Run, RunState
+from labels_db.models import ALIVE, Desired, Event, FeedbackSession, Phase, Run, RunState
 from labels_db.overrides import SettingError
 from labels_db.storage import ArtifactStore
 from tests.labels_db import given
@@ -87,7 +87,7 @@ def test_only_a_queued_run_can_be_claimed(database: Database) -> None:
 
 
 def test_a_beat_records_the_report_and_returns_what_is_wanted(database: Database) -> None:
-    report = Report(RunState.WAITING, "waiting", 1200, 88.5, wanted_answers=7, next_session_step=3000)
+    report = Report(RunState.WAITING, Phase.WAITING, 1200, 88.5, wanted_answers=7, next_session_step=3000)
     with database.write() as session:
         owner = given.a_claim(session)
         assert claims.beat(session, owner, report, now=NOW + SECOND) is Desired.RUN
@@ -102,7 +102,7 @@ def test_a_beat_records_the_report_and_returns_what_is_wanted(database: Database
 # Fencing -----------------------------------------------------------------------------------------
 
 TRAINER_WRITES: dict[str, Callable[[Session, Claim], object]] = {
-    "beat": lambda s, c: claims.beat(s, c, Report(RunState.RUNNING, "", 1), now=NOW),
+    "beat": lambda s, c: claims.beat(s, c, Report(RunState.RUNNING, Phase.TRAINING, 1), now=NOW),
     "finish": claims.finish_run,
     "fail": lambda s, c: claims.fail_run(s, c, "boom"),
     "stop": claims.acknowledge_stop,
@@ -163,7 +163,7 @@ def _die(session: Session, *, progress: bool = False) -> RunState:
     assert owner is not None
     if progress:
         claims.made_progress(session, owner)
-    claims.beat(session, owner, claims.Report(RunState.RUNNING, "training", 1), now=NOW)
+    claims.beat(session, owner, claims.Report(RunState.RUNNING, Phase.TRAINING, 1), now=NOW)
     assert claims.interrupt_stale(session, now=NOW + STALE_AFTER) == []
     assert claims.interrupt_stale(session, now=NOW + STALE_AFTER + SECOND) == ["mill"]
     return runs.get_run(session, "mill").state
@@ -176,7 +176,7 @@ def test_a_starting_or_living_trainer_may_be_silent_for_longer(database: Databas
         owner = claims.claim_run(session, "s", max_parallel=1, now=NOW)
         assert owner is not None
         assert claims.interrupt_stale(session, now=NOW + HUNG_AFTER) == []
-        claims.beat(session, owner, claims.Report(RunState.RUNNING, "training", 1), now=NOW)
+        claims.beat(session, owner, claims.Report(RunState.RUNNING, Phase.TRAINING, 1), now=NOW)
         assert claims.interrupt_stale(session, now=NOW + HUNG_AFTER, living={"mill"}) == []
         assert claims.interrupt_stale(session, now=NOW + HUNG_AFTER + SECOND, living={"mill"}) == ["mill"]
 
@@ -200,7 +200,7 @@ def test_a_trainer_that_beats_is_left_alone(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
         late = NOW + timedelta(hours=1)
-        claims.beat(session, owner, Report(RunState.RUNNING, "", 1), now=late)
+        claims.beat(session, owner, Report(RunState.RUNNING, Phase.TRAINING, 1), now=late)
         assert claims.interrupt_stale(session, now=late + SECOND) == []
 
 
@@ -229,7 +229,7 @@ def test_a_dead_process_is_interrupted_unless_it_had_given_the_run_up(database: 
 def test_a_trainer_that_has_waited_for_people_for_a_while_is_not_fruitless(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
-        waits = Report(RunState.WAITING, "waiting", 1, progress_at=NOW)
+        waits = Report(RunState.WAITING, Phase.WAITING, 1, progress_at=NOW)
         run = runs.get_run(session, "mill")
         claims.beat(session, owner, waits, now=NOW + SECOND)
         assert run.fruitless_attempts == 1
@@ -241,7 +241,7 @@ def test_a_run_extended_while_it_ends_goes_on(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
         before = runs.config_of(runs.get_run(session, "mill")).total_steps
-        claims.beat(session, owner, Report(RunState.RUNNING, "", before), now=NOW)
+        claims.beat(session, owner, Report(RunState.RUNNING, Phase.TRAINING, before), now=NOW)
         runs.extend_run(session, "mill", total_steps=before + 1000, budget=None)
         assert claims.finish_or_go_on(session, owner, total_steps=before) is RunState.QUEUED
         second = claims.claim_run(session, "s", max_parallel=1, now=NOW)
@@ -253,7 +253,7 @@ def test_a_finished_run_is_not_extended_by_answers_alone(database: Database) -> 
     with database.write() as session:
         owner = given.a_claim(session)
         steps = runs.config_of(runs.get_run(session, "mill")).total_steps
-        claims.beat(session, owner, Report(RunState.RUNNING, "", steps), now=NOW)
+        claims.beat(session, owner, Report(RunState.RUNNING, Phase.TRAINING, steps), now=NOW)
         claims.finish_run(session, owner)
         with pytest.raises(ConflictError, match="more answers need more steps"):
             runs.extend_run(session, "mill", total_steps=None, budget=100)
@@ -269,13 +269,15 @@ def test_a_paused_run_stays_paused_through_a_shutdown(database: Database) -> Non
         run = runs.get_run(session, "mill")
         assert (run.state, run.desired, run.fruitless_attempts) == ("queued", "pause", 0)
         owner = claims.claim(session, run, "next", now=NOW)
-        assert claims.beat(session, owner, Report(RunState.PAUSED, "", 1), now=NOW) is Desired.PAUSE
+        assert claims.beat(session, owner, Report(RunState.PAUSED, Phase.PAUSED, 1), now=NOW) is Desired.PAUSE
 
 
 def test_an_ended_attempt_leaves_no_claims_about_itself(database: Database) -> None:
     with database.write() as session:
         owner = given.a_claim(session)
-        claims.beat(session, owner, Report(RunState.WAITING, "waiting", 9, 3.0, wanted_answers=4), now=NOW)
+        claims.beat(
+            session, owner, Report(RunState.WAITING, Phase.WAITING, 9, 3.0, wanted_answers=4), now=NOW
+        )
         claims.yield_run(session, owner)
         run = runs.get_run(session, "mill")
         assert (run.owner, run.phase, run.steps_per_second, run.wanted_answers) == (None, "", None, 0)

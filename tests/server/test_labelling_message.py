@@ -82,10 +82,13 @@ CASES = [
 ]
 
 
+NO_MORE = {"archived", "scripted", "finished", "failed", "stopped", "answered"}
+
+
 @pytest.mark.parametrize(("queue", "kind", "words"), CASES)
 def test_the_reason_is_said(queue: Queue, kind: str, words: str) -> None:
     message = empty_message(queue, NOW)
-    assert message.kind == kind
+    assert (message.kind, message.over) == (kind, kind in NO_MORE)
     assert words in message.sentence
     assert message.sentence[0].isupper() or message.sentence[0].isdigit()
     assert message.sentence.endswith(".")

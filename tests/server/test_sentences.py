@@ -8,11 +8,12 @@ from typing import Any
 
 import pytest
 
-from labels_db.models import Desired, RunState, utc_now
+from labels_db.models import Desired, Phase, RunState, utc_now
 from labels_db.overview import RunOverview, overview
 from labels_db.runs import pause_run, stop_run
+from server.labelling_message import DOING
 from server.run_view import actions_of, sparkline, view
-from server.sentences import state_sentence
+from server.sentences import PHASES, state_sentence
 from tests.server.conftest import Site
 from tests.web import demo
 
@@ -62,6 +63,10 @@ SENTENCES = [
     ({"state": RunState.FAILED}, "Failed at step 12\u202f400. Resume tries again from the last checkpoint."),
     ({"state": RunState.QUEUED}, "Next in the queue."),
 ]
+
+
+def test_every_phase_has_its_words() -> None:
+    assert set(PHASES) == set(DOING) == set(Phase)
 
 
 @pytest.mark.parametrize(("columns", "sentence"), SENTENCES)

@@ -18,7 +18,7 @@ from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.feedback_sessions import open_session, post_query, session_queries
 from labels_db.leases import labeller_named, lease_queries
-from labels_db.models import Clip, Command, FeedbackSession, Pressed, Run, RunState, Segment, utc_now
+from labels_db.models import Clip, Command, FeedbackSession, Phase, Pressed, Run, RunState, Segment, utc_now
 from labels_db.overrides import with_settings
 from labels_db.policy_commands import PolicyCommand, ask_of_policy
 from labels_db.presets import preset_named
@@ -56,7 +56,7 @@ def going(session: Session, held: Claim, **said: object) -> None:
     """The trainer's word on what it does."""
     report = {
         "state": RunState.RUNNING,
-        "phase": "training",
+        "phase": Phase.TRAINING,
         "step": 12_400,
         "steps_per_second": 214.0,
         **said,
@@ -261,7 +261,7 @@ def _waiting(session: Session, store: ArtifactStore) -> str:
     run = queued(session, "cartpole-windmill-counter-clockwise", {"feedback.pace": "block"})
     held = started(session, run)
     posted(session, store, held, index=0, count=6)
-    going(session, held, state=RunState.WAITING, phase="waiting", step=4000, wanted_answers=6)
+    going(session, held, state=RunState.WAITING, phase=Phase.WAITING, step=4000, wanted_answers=6)
     return run.id
 
 

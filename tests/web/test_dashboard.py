@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from playwright.sync_api import Browser, Page, expect
 
-from labels_db.models import Desired, RunState
+from labels_db.models import Desired, Phase, RunState
 from labels_db.runs import config_of, get_run
 from tests.web import demo
 from tests.web.conftest import LiveServer
@@ -56,7 +56,7 @@ def test_the_list_keeps_itself_up_to_date(page: Page, live_server: LiveServer) -
     page.goto(live_server.url)
     expect(page.get_by_text("Starting.")).to_be_visible()
     with live_server.database.write() as session:
-        demo.going(session, held, state=RunState.WAITING, phase="waiting", wanted_answers=6)
+        demo.going(session, held, state=RunState.WAITING, phase=Phase.WAITING, wanted_answers=6)
     expect(page.get_by_text("Waiting for 6 answers.")).to_be_visible()
     expect(page.get_by_role("link", name="Label pairs of")).to_be_visible()
 

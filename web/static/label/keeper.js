@@ -13,7 +13,6 @@ const CALM_MS = 2000;
 const OVER_MS = 5000;
 const UNREACHED_MS = 2000;
 const CALM = new Set(["queued", "starting", "paused", "silent"]);
-const OVER = new Set(["answered", "finished", "archived", "scripted", "failed", "stopped"]);
 
 /** Whether an answer to a pair that is not lent any more would still teach the run something. */
 function wants(state) {
@@ -114,9 +113,8 @@ export class Keeper extends EventTarget {
   #interval(state) {
     if (document.hidden) return HIDDEN_MS;
     if (this.queue.length) return this.queue.length < AHEAD ? SHORT_MS : RENEW_MS;
-    const kind = state.message?.kind;
-    if (OVER.has(kind)) return OVER_MS;
-    return CALM.has(kind) ? CALM_MS : EMPTY_MS;
+    if (state.message?.over) return OVER_MS;
+    return CALM.has(state.message?.kind) ? CALM_MS : EMPTY_MS;
   }
 
   #visibility() {
