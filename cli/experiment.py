@@ -44,18 +44,18 @@ def live_through(file: Path, data: DataFolder, parallel: int, join: Sequence[Pat
     join_results(experiment, data, join)
     leave = leave_on_signals()
     with _display(experiment, hidden=as_json) as show:
-        standing = run_experiment(experiment, data, parallel=parallel, leave=leave, show=show)
+        lived = run_experiment(experiment, data, parallel=parallel, leave=leave, show=show)
     folder = results_folder(experiment, data)
     result = {
         "experiment": experiment.name,
-        "runs": standing.planned,
-        "joined": standing.joined,
-        "finished": standing.finished,
-        "failed": standing.failed,
+        "runs": lived.planned,
+        "joined": lived.joined,
+        "finished": lived.finished,
+        "failed": lived.failed,
         "results": str(folder),
     }
     typer.echo(json.dumps(result) if as_json else _sentence(result))
-    return 1 if standing.failed else 0
+    return 1 if lived.failed else 0
 
 
 def plot(file: Path, data: DataFolder, out: Path | None, kept: Path | None = None) -> None:
@@ -108,9 +108,9 @@ def _display(experiment: Experiment, *, hidden: bool) -> Iterator[Callable[[Any]
         whole = bars.add_task(experiment.name, total=None, rate="")
         lines: dict[str, TaskID] = {}
 
-        def show(standing: Any) -> None:
-            bars.update(whole, total=standing.planned, completed=standing.finished)
-            alive = {run.id: run for run in standing.runs if run.state in ALIVE}
+        def show(now: Any) -> None:
+            bars.update(whole, total=now.planned, completed=now.finished)
+            alive = {run.id: run for run in now.runs if run.state in ALIVE}
             for ended in lines.keys() - alive.keys():
                 bars.remove_task(lines.pop(ended))
             for run in alive.values():

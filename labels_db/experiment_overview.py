@@ -26,7 +26,7 @@ from labels_db.overview import RunOverview, experiment_overviews
 
 
 @dataclass(frozen=True)
-class Standing:
+class RunTally:
     """How many runs have come how far."""
 
     finished: int
@@ -40,9 +40,9 @@ class Standing:
         return self.finished + self.going + self.queued + self.failed + self.stopped
 
 
-def standing_of(states: Sequence[tuple[RunState, int]]) -> Standing:
+def tally_of(states: Sequence[tuple[RunState, int]]) -> RunTally:
     """From counts of states."""
-    return Standing(
+    return RunTally(
         finished=_sum(states, RunState.FINISHED),
         going=_sum(states, *ALIVE),
         queued=_sum(states, RunState.QUEUED),
@@ -64,7 +64,7 @@ class ExperimentSummary:
     created_at: datetime
     tasks: Sequence[str]
     methods: Sequence[str]
-    standing: Standing
+    tally: RunTally
 
 
 def experiments(session: Session) -> list[ExperimentSummary]:
@@ -99,7 +99,7 @@ def _summary(
         created_at=rows[0][5],
         tasks=list(dict.fromkeys(row[1] or "" for row in rows)),
         methods=list(dict.fromkeys(row[2] or "" for row in rows)),
-        standing=standing_of([(row[3], row[4]) for row in rows]),
+        tally=tally_of([(row[3], row[4]) for row in rows]),
     )
 
 
@@ -149,7 +149,7 @@ class ExperimentOverview:
         return Result(
             task=task,
             method=method,
-            standing=standing_of([(seen.run.state, 1) for seen in runs]),
+            tally=tally_of([(seen.run.state, 1) for seen in runs]),
             last=spread_of([value for value in values if value is not None]),
             answers=fmean(given) if given else None,
         )
@@ -164,7 +164,7 @@ class Result:
 
     task: str
     method: str
-    standing: Standing
+    tally: RunTally
     last: Spread | None
     answers: float | None
 
@@ -182,6 +182,6 @@ def experiment_overview(session: Session, name: str) -> ExperimentOverview:
         created_at=runs[0].run.created_at,
         tasks=list(dict.fromkeys(seen.run.preset or "" for seen in runs)),
         methods=list(dict.fromkeys(seen.run.method or "" for seen in runs)),
-        standing=standing_of([(seen.run.state, 1) for seen in runs]),
+        tally=tally_of([(seen.run.state, 1) for seen in runs]),
     )
     return ExperimentOverview(summary, runs, last_evaluations(session, [seen.run.id for seen in runs]))

@@ -21,7 +21,8 @@ from labels_db.run_config import RunConfig
 from labels_db.run_config.base import Config
 from labels_db.runs import config_of, id_part, request_run, resume_run, stop_run
 
-Settings = dict[str, str | int | float | bool]
+WrittenSettings = dict[str, str | int | float | bool]
+"""Values by path, as a file of YAML writes them."""
 
 
 class Compared(Config):
@@ -29,8 +30,8 @@ class Compared(Config):
 
     method: str
     name: Name
-    settings: Settings = Field(default_factory=dict)
-    by_task: dict[str, Settings] = Field(default_factory=dict)
+    settings: WrittenSettings = Field(default_factory=dict)
+    by_task: dict[str, WrittenSettings] = Field(default_factory=dict)
     tasks: list[str] | None = None
     """The only tasks it is run on; all where none are named."""
 
@@ -52,8 +53,8 @@ class Experiment(Config):
     tasks: list[str] = Field(min_length=1)
     methods: list[str | Compared] = Field(min_length=1)
     seeds: list[int] = Field(min_length=1)
-    settings: Settings = Field(default_factory=dict)
-    by_task: dict[str, Settings] = Field(default_factory=dict)
+    settings: WrittenSettings = Field(default_factory=dict)
+    by_task: dict[str, WrittenSettings] = Field(default_factory=dict)
     """What all methods set on some tasks; a method's own settings come last."""
     figures: list[Figure] = Field(default_factory=list)
 
@@ -119,7 +120,7 @@ class Experiment(Config):
                 yield PlannedRun(self, task, one, seed)
 
 
-DEFAULTS: Settings = {"evaluation.video": "none", "threads": 1}
+DEFAULTS: WrittenSettings = {"evaluation.video": "none", "threads": 1}
 """What experiments set unless they say otherwise: nobody watches, and many runs share the machine."""
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from labels_db.overrides import with_settings
+from labels_db.overrides import Settings, with_settings
 from labels_db.presets import Preset
 from labels_db.run_config import RunConfig
-
-Settings = Mapping[str, str]
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,9 @@ from pydantic_core import ErrorDetails
 
 from labels_db.run_config import Config, RunConfig
 
+Settings = Mapping[str, str]
+"""Values by path, as `--set` takes them."""
+
 
 class SettingError(ValueError):
     """A setting's path or value is wrong; `path` names it."""
@@ -23,7 +26,7 @@ class SettingError(ValueError):
         self.message = message
 
 
-def with_settings(config: RunConfig, settings: Mapping[str, str]) -> RunConfig:
+def with_settings(config: RunConfig, settings: Settings) -> RunConfig:
     """The configuration with those values; SettingError names the first that is unknown or out of bounds.
 
     Kinds come first: choosing another `kind` takes its defaults, and keeps what had been chosen for the old one.
@@ -37,7 +40,7 @@ def with_settings(config: RunConfig, settings: Mapping[str, str]) -> RunConfig:
         raise setting_error(error) from error
 
 
-def with_kinds(config: RunConfig, settings: Mapping[str, str]) -> RunConfig:
+def with_kinds(config: RunConfig, settings: Settings) -> RunConfig:
     """The configuration with the kinds among the settings, for showing only: its fit is not checked.
 
     A kind of a part that the others leave no place for is passed over.

@@ -10,7 +10,7 @@ from labels_db.models import RunState
 from server.api_replies import Series
 
 
-class StandingOut(BaseModel):
+class TallyOut(BaseModel):
     """How many runs have come how far."""
 
     model_config = ConfigDict(from_attributes=True)
@@ -38,7 +38,7 @@ class ExperimentOut(BaseModel):
     created_at: datetime
     tasks: list[TaskOut]
     methods: list[str]
-    standing: StandingOut
+    tally: TallyOut
 
 
 class MeanCurve(BaseModel):
@@ -54,7 +54,7 @@ class ResultOut(BaseModel):
 
     task: str
     method: str
-    standing: StandingOut
+    tally: TallyOut
     evaluated: int = Field(description="Runs of which the mean is.")
     mean: float | None = Field(description="Of the last evaluations.")
     deviation: float | None = Field(description="Their standard deviation.")

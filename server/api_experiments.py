@@ -21,7 +21,7 @@ from server.api_experiment_replies import (
     ExperimentRunOut,
     MeanCurve,
     ResultOut,
-    StandingOut,
+    TallyOut,
     TaskOut,
 )
 from server.api_refusals import REFUSED, UNKNOWN
@@ -63,7 +63,7 @@ def _experiment_out(summary: ExperimentSummary) -> ExperimentOut:
         created_at=summary.created_at,
         tasks=[TaskOut(name=task, title=task_title(task)) for task in summary.tasks],
         methods=list(summary.methods),
-        standing=StandingOut.model_validate(summary.standing),
+        tally=TallyOut.model_validate(summary.tally),
     )
 
 
@@ -72,7 +72,7 @@ def _result_out(shown: ExperimentOverview, result: Result, curves: Mapping[str, 
     return ResultOut(
         task=result.task,
         method=result.method,
-        standing=StandingOut.model_validate(result.standing),
+        tally=TallyOut.model_validate(result.tally),
         evaluated=result.last.count if result.last else 0,
         mean=result.last.mean if result.last else None,
         deviation=result.last.deviation if result.last else None,

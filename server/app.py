@@ -24,9 +24,9 @@ from server import (
     sign_in,
 )
 from server.access_log import AccessLog
+from server.admission import Admission
 from server.security import Gate
 from server.services import Services
-from server.sessions import Sessions
 from server.templating import WEB, VersionedFiles, make_templates, static_version
 from server.token import TokenFile
 
@@ -57,13 +57,13 @@ def create_app(data: DataFolder, *, hosts: Collection[str] = ()) -> FastAPI:
     )
     version = static_version()
     app.state.templates = make_templates(version)
-    app.state.sessions = Sessions(TokenFile(data))
+    app.state.admission = Admission(TokenFile(data))
     for router in ROUTERS:
         app.include_router(router)
     app.get("/healthz", include_in_schema=False)(health)
     app.router.routes.append(Mount(f"/static/{version}", VersionedFiles(directory=WEB / "static")))
     errors.install(app)
-    app.add_middleware(Gate, sessions=app.state.sessions, hosts=hosts, refuse=errors.complain)
+    app.add_middleware(Gate, admission=app.state.admission, hosts=hosts, refuse=errors.complain)
     app.add_middleware(AccessLog)
     return app
 

@@ -1,4 +1,4 @@
-"""An experiment as pages show it: its standing in words, and its results as a table of tasks and methods."""
+"""An experiment as pages show it: how far its runs have come, and its results as a table of tasks and methods."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from datetime import datetime
 from itertools import product
 
 from labels_db.errors import ChoiceError
-from labels_db.experiment_overview import ExperimentOverview, ExperimentSummary, Result, Standing
+from labels_db.experiment_overview import ExperimentOverview, ExperimentSummary, Result, RunTally
 from labels_db.numbers import number
 from labels_db.presets import preset_named
 from server.run_view import RunView, Tone, view
@@ -25,7 +25,7 @@ class ExperimentView:
 
     @property
     def over(self) -> bool:
-        return not (self.summary.standing.going or self.summary.standing.queued)
+        return not (self.summary.tally.going or self.summary.tally.queued)
 
     @property
     def size(self) -> str:
@@ -35,35 +35,31 @@ class ExperimentView:
 
 
 def experiment_view(summary: ExperimentSummary) -> ExperimentView:
-    return ExperimentView(summary, standing_sentence(summary.standing), _tone(summary.standing))
+    return ExperimentView(summary, tally_sentence(summary.tally), _tone(summary.tally))
 
 
-def standing_sentence(standing: Standing) -> str:
+def tally_sentence(tally: RunTally) -> str:
     """How many runs are where; what there is none of is not mentioned."""
-    if standing.finished == standing.runs:
-        return (
-            "Its one run has finished."
-            if standing.runs == 1
-            else f"All {number(standing.runs)} runs finished."
-        )
+    if tally.finished == tally.runs:
+        return "Its one run has finished." if tally.runs == 1 else f"All {number(tally.runs)} runs finished."
     others = {
-        "under way": standing.going,
-        "queued": standing.queued,
-        "failed": standing.failed,
-        "stopped": standing.stopped,
+        "under way": tally.going,
+        "queued": tally.queued,
+        "failed": tally.failed,
+        "stopped": tally.stopped,
     }
     told = [f"{number(count)} {word}" for word, count in others.items() if count]
-    return f"{number(standing.finished)} of {plural(standing.runs, 'run')} finished, {', '.join(told)}."
+    return f"{number(tally.finished)} of {plural(tally.runs, 'run')} finished, {', '.join(told)}."
 
 
-def _tone(standing: Standing) -> Tone:
+def _tone(tally: RunTally) -> Tone:
     """What goes on counts before what went wrong: the sentence tells both."""
     tones: Mapping[Tone, int] = {
-        "going": standing.going,
-        "resting": standing.queued,
-        "wrong": standing.failed,
+        "going": tally.going,
+        "resting": tally.queued,
+        "wrong": tally.failed,
     }
-    rest: Tone = "resting" if standing.stopped else "done"
+    rest: Tone = "resting" if tally.stopped else "done"
     return next((tone for tone, count in tones.items() if count), rest)
 
 

@@ -13,8 +13,8 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from server.admission import Admission
 from server.forms import local_path
-from server.sessions import Sessions
 
 LOCAL_HOSTS = frozenset({"127.0.0.1", "localhost", "::1"})
 MAX_BODY_BYTES = 64 * 1024
@@ -41,9 +41,9 @@ Refuse = Callable[[Request, int, str], Response]
 class Gate:
     """Lets a request through, or answers it with the reason why not."""
 
-    def __init__(self, app: ASGIApp, *, sessions: Sessions, hosts: Collection[str], refuse: Refuse) -> None:
+    def __init__(self, app: ASGIApp, *, admission: Admission, hosts: Collection[str], refuse: Refuse) -> None:
         self.app = app
-        self.sessions = sessions
+        self.admission = admission
         self.hosts = LOCAL_HOSTS | {host.lower().strip("[]") for host in hosts}
         self.refuse = refuse
 
@@ -73,7 +73,7 @@ class Gate:
     def _site_problem(self, request: Request) -> Response | None:
         if request.method in SAFE_METHODS or _same_site(request):
             return None
-        if not _names_its_site(request) and self.sessions.has_bearer(request):
+        if not _names_its_site(request) and self.admission.has_bearer(request):
             return None
         return self.refuse(request, 403, "This request came from another site, so nothing was done.")
 
@@ -82,9 +82,9 @@ class Gate:
         if path.startswith(PUBLIC_PREFIX) or path in PUBLIC_PATHS:
             return None
         given = request.query_params.get("token")
-        if given is not None and request.method in SAFE_METHODS and self.sessions.is_token(given):
+        if given is not None and request.method in SAFE_METHODS and self.admission.is_token(given):
             return self._signed_in(request)
-        if self.sessions.has_cookie(request) or self.sessions.has_bearer(request):
+        if self.admission.has_cookie(request) or self.admission.has_bearer(request):
             return None
         return self.refuse(request, 401, _why_not(request, given))
 
@@ -93,7 +93,7 @@ class Gate:
         rest = [pair for pair in parse_qsl(request.url.query, keep_blank_values=True) if pair[0] != "token"]
         query = f"?{urlencode(rest)}" if rest else ""
         response = RedirectResponse(local_path(request.url.path) + query, status_code=303)
-        self.sessions.sign_in(request, response)
+        self.admission.sign_in(request, response)
         return response
 
 

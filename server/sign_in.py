@@ -7,9 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Form, Request
 from starlette.responses import RedirectResponse, Response
 
+from server.admission import Admission
 from server.errors import sign_in_page
 from server.forms import local_path
-from server.sessions import Sessions
 
 router = APIRouter(include_in_schema=False)
 
@@ -19,11 +19,11 @@ def sign_in(
     request: Request, token: Annotated[str, Form()] = "", back: Annotated[str, Form()] = "/"
 ) -> Response:
     """Take the token from the form and go back to the page that wanted it."""
-    sessions: Sessions = request.app.state.sessions
-    if not sessions.is_token(token.strip()):
+    admission: Admission = request.app.state.admission
+    if not admission.is_token(token.strip()):
         return sign_in_page(request, "That token does not open this Pebble. It may have been renewed.", back)
     response = RedirectResponse(local_path(back), status_code=303)
-    sessions.sign_in(request, response)
+    admission.sign_in(request, response)
     return response
 
 

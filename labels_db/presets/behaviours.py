@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from labels_db.overrides import Settings
 from labels_db.presets.locomotion import PAPER_PPO, QUADRUPED_PPO, WALKER_PPO, laptop
-from labels_db.presets.preset import Preset, Settings
+from labels_db.presets.preset import Preset
 from labels_db.run_config import (
     SAC,
     Behaviour,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from labels_db.presets.preset import FewLabels, Preset, Profiles, Settings
+from labels_db.overrides import Settings
+from labels_db.presets.preset import FewLabels, Preset, Profiles
 from labels_db.run_config import (
     SAC,
     DMControl,

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from labels_db.catalogue import entry
+from labels_db.overrides import Settings
 from labels_db.run_config import RunConfig
 
-Settings = Mapping[str, str]
 Profiles = Mapping[str, RunConfig]
 
 PROFILES: Mapping[str, str] = {

@@ -24,7 +24,7 @@ from trainer.experiments.file import ExperimentError
 from trainer.experiments.joining import join_results
 from trainer.experiments.provenance import kept_versions
 from trainer.experiments.results import Results
-from trainer.experiments.runner import Standing, run_experiment
+from trainer.experiments.runner import ExperimentRuns, run_experiment
 
 SETTINGS = {
     "environment.action_repeat": 8,
@@ -53,7 +53,7 @@ def saying(**changes: Any) -> Experiment:
     return Experiment.model_validate({**SAYS, **changes})
 
 
-def lived(experiment: Experiment, data: DataFolder) -> Standing:
+def lived(experiment: Experiment, data: DataFolder) -> ExperimentRuns:
     """Lived through here to its end."""
     return run_experiment(experiment, data, parallel=1, leave=threading.Event(), show=lambda _: None)
 
@@ -112,8 +112,8 @@ def test_what_has_finished_is_in_the_results_before_all_is_over(tmp_path: Path) 
     """A machine may be gone without a word: what it had finished can be taken from it."""
     data, kept = DataFolder(tmp_path), []
 
-    def look(standing: Standing) -> None:
-        if standing.finished == 1 and (results_of(data) / "results.parquet").exists():
+    def look(now: ExperimentRuns) -> None:
+        if now.finished == 1 and (results_of(data) / "results.parquet").exists():
             kept.append(set(Results.read(results_of(data), saying()).last(*ASKED)))
 
     run_experiment(saying(), data, parallel=1, leave=threading.Event(), show=look)
@@ -128,7 +128,7 @@ def test_what_waited_here_and_finished_elsewhere_is_not_lived(there: Path, tmp_p
         request_experiment(session, saying())
     database.close()
     join_results(saying(), data, [there, copied(there, tmp_path / "second", of_seed(2))])
-    assert (standing := lived(saying(), data)).finished == standing.planned == standing.joined == 2
+    assert (now := lived(saying(), data)).finished == now.planned == now.joined == 2
     assert set(states(data, "parts").values()) == {RunState.STOPPED}
     assert set(Results.read(results_of(data), saying()).last(*ASKED)) == {1, 2}
 

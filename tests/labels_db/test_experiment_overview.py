@@ -1,4 +1,4 @@
-"""An experiment's standing and results, from runs in every state."""
+"""How far an experiment's runs have come and its results, from runs in every state."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from labels_db.errors import NotFoundError
 from labels_db.experiment_overview import (
     ExperimentOverview,
     Result,
-    Standing,
+    RunTally,
     experiment_overview,
     experiments,
 )
@@ -54,8 +54,8 @@ def test_every_experiment_says_how_it_stands_and_what_of(session: Session) -> No
     later, first = experiments(session)
     assert (first.name, later.name) == (NAME, "later")
     assert first.title == TITLE
-    assert first.standing == Standing(finished=12, going=2, queued=3, failed=1, stopped=0)
-    assert (first.standing.runs, later.standing.stopped, later.standing.queued) == (18, 1, 5)
+    assert first.tally == RunTally(finished=12, going=2, queued=3, failed=1, stopped=0)
+    assert (first.tally.runs, later.tally.stopped, later.tally.queued) == (18, 1, 5)
     assert (first.tasks, first.methods) == (list(TASKS), ["pebble", "preference-ppo", "sac"])
     assert experiment_overview(session, NAME).summary == first
 
@@ -87,7 +87,7 @@ def test_results_are_of_the_last_evaluations(session: Session) -> None:
     last = [shown.last[f"{NAME}-{TASKS[0]}-pebble-{seed}"].mean_return for seed in (1, 2)]
     assert found.last is not None
     assert found.last.mean == pytest.approx(sum(last) / 2)  # the third is still at it
-    assert (found.last.count, found.standing.finished, found.standing.going) == (2, 2, 1)
+    assert (found.last.count, found.tally.finished, found.tally.going) == (2, 2, 1)
     assert found.answers == 60
     assert result(shown, TASKS[0], "sac").answers == 0
 

@@ -99,7 +99,7 @@ def test_the_api_lists_experiments(site: Site, runs: list[str]) -> None:
     (found,) = site.client.get("/api/experiments").json()
     assert (found["name"], found["methods"]) == (NAME, ["pebble", "preference-ppo", "sac"])
     assert found["tasks"][0] == {"name": TASKS[0], "title": "Cart pole · swing up"}
-    assert found["standing"] == {
+    assert found["tally"] == {
         "runs": 18,
         "finished": 12,
         "going": 2,

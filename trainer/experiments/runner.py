@@ -22,7 +22,7 @@ from trainer.supervisor import LOOK_SECONDS, Supervisor
 
 
 @dataclass(frozen=True)
-class Standing:
+class ExperimentRuns:
     """Every run of the experiment at this moment: those here, and how many were joined from other results."""
 
     runs: Sequence[Run]
@@ -51,8 +51,8 @@ def run_experiment(
     *,
     parallel: int,
     leave: threading.Event,
-    show: Callable[[Standing], None],
-) -> Standing:
+    show: Callable[[ExperimentRuns], None],
+) -> ExperimentRuns:
     """Until every run has ended or `leave` is set; then each run under way writes its checkpoint.
 
     Results are written whenever a run has finished. ExperimentError where joined ones had other settings.
@@ -64,28 +64,28 @@ def run_experiment(
         request_experiment(session, experiment, elsewhere)
     write_plan(experiment, data)
     # What finished long ago was by the versions of then.
-    if not _standing(database, experiment, elsewhere).over:
+    if not _runs_now(database, experiment, elsewhere).over:
         write_versions(experiment, data)
     supervisor = Supervisor(data, database, LocalLauncher(data), parallel, leave, experiment=experiment.name)
     finished = 0
     try:
-        while not (standing := _standing(database, experiment, elsewhere)).over and not leave.is_set():
-            show(standing)
-            if standing.finished > finished:  # a machine may be gone without a word
-                finished = standing.finished
+        while not (now := _runs_now(database, experiment, elsewhere)).over and not leave.is_set():
+            show(now)
+            if now.finished > finished:  # a machine may be gone without a word
+                finished = now.finished
                 write_results(experiment, data)
             supervisor.look()
             leave.wait(LOOK_SECONDS)
         supervisor.end_children()
-        show(standing := _standing(database, experiment, elsewhere))
-        return standing
+        show(now := _runs_now(database, experiment, elsewhere))
+        return now
     finally:
         write_results(experiment, data)
         database.close()
 
 
-def _standing(database: Database, experiment: Experiment, elsewhere: Collection[str]) -> Standing:
+def _runs_now(database: Database, experiment: Experiment, elsewhere: Collection[str]) -> ExperimentRuns:
     names = {planned.run_id for planned in experiment.planned()} - set(elsewhere)
     with database.read() as session:
         here = [run for run in runs_of_experiment(session, experiment.name) if run.id in names]
-    return Standing(here, joined=len(elsewhere))
+    return ExperimentRuns(here, joined=len(elsewhere))

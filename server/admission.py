@@ -14,7 +14,7 @@ from server.token import TokenFile
 COOKIE_SECONDS = 90 * 24 * 3600
 
 
-class Sessions:
+class Admission:
     """Cookies signed with a key that comes from the token: a renewed token ends them all at once."""
 
     def __init__(self, tokens: TokenFile) -> None:
