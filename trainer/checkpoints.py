@@ -27,6 +27,8 @@ from trainer.state_tree import Arrays, pack, unpack
 log = structlog.get_logger()
 
 FORMAT = 1
+"""Raised when what a checkpoint holds is no longer what an earlier one held."""
+
 KEPT = 2
 """Checkpoints that stay: the last, and the one before in case the last is damaged."""
 
@@ -36,7 +38,7 @@ EMPTY: dict[str, Any] = {"arrays": None, "buffer": None, "episodes": []}
 
 
 class CheckpointError(Exception):
-    """No checkpoint of the run can be read."""
+    """No checkpoint of the run can be read, or only by another Pebble."""
 
 
 class Checkpoints:
@@ -94,7 +96,7 @@ class Checkpoints:
     # Reading -------------------------------------------------------------------------------------
 
     def latest(self) -> dict[str, Any] | None:
-        """The newest manifest that is whole; None when the run has none; CheckpointError when all are damaged."""
+        """The newest manifest that is whole; None when the run has none; CheckpointError when none can be read."""
         return next(self.manifests(), None)
 
     def manifests(self) -> Iterator[dict[str, Any]]:
@@ -115,6 +117,7 @@ class Checkpoints:
             manifest: dict[str, Any] = json.loads(
                 self.store.read(checkpoint.manifest_key, checkpoint.checksum)
             )
+            self._refuse_other(manifest["format"])
             for needed in keys_of(manifest):
                 if not self.store.exists(needed):
                     raise ArtifactError(f"artifact {needed}: missing")
@@ -122,6 +125,16 @@ class Checkpoints:
             log.error("a checkpoint is damaged", step=checkpoint.step, reason=str(error))
             return None
         return manifest
+
+    def _refuse_other(self, made: int) -> None:
+        """Not passed over as if it were damaged: an older checkpoint in its place would lose what has come since."""
+        if made != FORMAT:
+            whose = (
+                "a newer Pebble; update this installation" if made > FORMAT else "an older Pebble; begin anew"
+            )
+            raise CheckpointError(
+                f"run {self.claim.run_id}: checkpoint of format {made}, where {FORMAT} is known: made by {whose}"
+            )
 
     def state(self, manifest: dict[str, Any]) -> dict[str, Any]:
         """The state that was saved with that manifest."""

@@ -52,12 +52,8 @@ class FinishedEpisode:
 
 
 def stacked_columns(episode: Episode) -> dict[str, Array]:
-    """Every column that holds something, [L, …]; steps from a checkpoint of old have one state each."""
-    return {
-        name: np.stack([np.broadcast_to(value, values[-1].shape) for value in values])
-        for name, values in episode.columns.items()
-        if values
-    }
+    """Every column that holds something, [L, …]."""
+    return {name: np.stack(values) for name, values in episode.columns.items() if values}
 
 
 def finished(episode: Episode) -> FinishedEpisode:

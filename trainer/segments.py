@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import statistics
 from dataclasses import dataclass
 
@@ -70,8 +69,9 @@ def states_from_bytes(data: bytes) -> tuple[int, Array]:
 
 
 def one_by_one(states: Array) -> Array:
-    """[H, n, S] → [H · n, S]; those of old have one a step, [H, S]."""
-    return states.reshape(math.prod(states.shape[:-1]), states.shape[-1])
+    """[H, n, S] → [H · n, S]; S may be 0."""
+    steps, moments, size = states.shape
+    return states.reshape(steps * moments, size)
 
 
 def rewards_from_bytes(data: bytes) -> Array:

@@ -162,7 +162,7 @@ class RecordedUpkeep:
                 log.error("a checkpoint is damaged", step=manifest["step"], reason=str(error))
                 continue
             self.evaluated = state.pop("evaluated")
-            self.told = state.pop("told", training.step)
+            self.told = state.pop("told")
             training.load(state)
             return True
         return False

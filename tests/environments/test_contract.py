@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
@@ -105,15 +103,3 @@ def test_observations_are_not_overwritten_later() -> None:
     copy = kept.copy()
     environment.step(-actions(environment, 1)[0])
     np.testing.assert_array_equal(kept, copy)
-
-
-def test_a_state_stored_before_wishes_remembered_still_loads() -> None:
-    environment = started(SAMPLE[-1])
-    for action in actions(environment, 5):
-        environment.step(action)
-    values = json.loads(environment.get_state().to_json())
-    del values["wish"]
-    old = EnvironmentState.from_json(json.dumps(values))
-    assert old.wish == {}
-    np.testing.assert_array_equal(environment.set_state(old), old.observation)
-    environment.step(actions(environment, 1)[0])

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trainer.episodes import Episode, EpisodePool, FinishedEpisode, finished
+from trainer.episodes import EpisodePool, FinishedEpisode
 from trainer.segments import PairSampler, inputs_from_bytes
 
 
@@ -24,19 +24,6 @@ def episode(number: int, length: int) -> FinishedEpisode:
         rewards=rng.normal(size=length).astype(np.float32),
         states=rng.normal(size=(length, 2, 4)),
     )
-
-
-def test_an_episode_from_an_old_checkpoint_goes_on() -> None:
-    """It was kept with one state a step, and is lived on with one for each control step."""
-    begun = Episode(0, 1, 0)
-    of_old, of_now = np.ones(4), np.full((3, 4), 2.0)
-    for states in (of_old, of_now):
-        begun.append(
-            observations=np.zeros(3), actions=np.zeros(2), rewards=np.asarray(1.0, np.float32), states=states
-        )
-    lived = finished(begun)
-    assert lived.states.shape == (2, 3, 4)
-    assert (lived.states[0] == 1).all()
 
 
 def pool_of(*lengths: int) -> EpisodePool:

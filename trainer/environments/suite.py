@@ -91,5 +91,4 @@ class SuiteEnvironment(SimulatedEnvironment):
     def _go_to(self, state: EnvironmentState) -> None:
         self._enter(state.physics)
         random_from_json(self._task.random, state.random)
-        if state.wish:  # states of old have none
-            self._wish.load(state.wish)
+        self._wish.load(state.wish)
