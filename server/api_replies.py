@@ -13,6 +13,8 @@ from labels_db.models import Choice, Desired, QueryState, RunState
 class GoalOut(BaseModel):
     """A goal card."""
 
+    model_config = ConfigDict(from_attributes=True)
+
     version: int
     text: str
     created_at: datetime
@@ -53,6 +55,8 @@ class PresetDetail(PresetOut):
 
 class FeedbackOut(BaseModel):
     """How far a run's feedback has come."""
+
+    model_config = ConfigDict(from_attributes=True)
 
     budget: int = Field(description="Answers wanted in all.")
     given: int = Field(description="Answers given, as the budget counts them.")

@@ -17,7 +17,7 @@ from server.api_refusals import NOT_NOW, REFUSED, UNKNOWN
 from server.api_replies import GoalOut, PresetDetail, PresetOut, RunOut
 from server.api_requests import Extension, NewGoal, NewRun, RunId
 from server.new_run import chosen_config, chosen_preset, queue_run
-from server.replies import goal_out, preset_detail, preset_out, run_out
+from server.replies import preset_detail, preset_out, run_out
 from server.services import Services, ServicesDep
 
 router = APIRouter(prefix="/api", responses=REFUSED)
@@ -101,7 +101,7 @@ def extend(run_id: RunId, asked: Extension, services: ServicesDep) -> RunOut:
 def new_goal(run_id: RunId, asked: NewGoal, services: ServicesDep) -> GoalOut:
     """Put better what labellers look for: a new version of the goal card."""
     with services.database.write() as session:
-        return goal_out(change_goal(session, run_id, asked.text))
+        return GoalOut.model_validate(change_goal(session, run_id, asked.text))
 
 
 def _steer(services: Services, run_id: str, use_case: Callable[[Session, str], Run]) -> RunOut:

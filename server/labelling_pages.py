@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse, Response
 
 from labels_db.errors import ConflictError
-from labels_db.labelling import Queue, choice_counts, last_answer, name_person, queue_of, video_steps
+from labels_db.labelling import NOBODY, Queue, choice_counts, last_answer, name_person, queue_of, video_steps
 from labels_db.leases import labeller_named, lease_queries
 from labels_db.models import Pressed, utc_now
 from labels_db.records import fits_of
@@ -94,7 +94,7 @@ def summary(request: Request, run_id: str, services: ServicesDep) -> Response:
 
 def _fragment(request: Request, template: str, run_id: str, services: Services) -> Response:
     with services.database.read() as session:
-        queue = queue_of(session, run_id, 0, now=utc_now())
+        queue = queue_of(session, run_id, NOBODY, now=utc_now())
         return _render(request, template, run=queue.run, taught=_taught(session, queue))
 
 
@@ -109,7 +109,6 @@ def _taught(session: Session, queue: Queue) -> dict[str, object]:
         "latest_video": steps[-1] if steps else None,
         "first_fit": fits[0] if len(fits) > 1 else None,
         "latest_fit": fits[-1] if fits else None,
-        "marker": queue_out(queue, utc_now()).taught,
     }
 
 

@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from labels_db.labelling import Queue, load_clips, queue_of
 from labels_db.models import Answer, Lease, Segment
+from server.api_replies import GoalOut
 from server.labelling_message import empty_message
 from server.labelling_models import (
     ClipOut,
@@ -18,7 +19,6 @@ from server.labelling_models import (
     RecordedAnswer,
     RetractionOut,
 )
-from server.replies import goal_out
 
 
 def leases_out(session: Session, leases: Sequence[Lease], queue: Queue, now: datetime) -> LeasesOut:
@@ -70,7 +70,7 @@ def queue_out(queue: Queue, now: datetime) -> QueueOut:
         available=queue.available,
         rendering=progress.rendering,
         message=None if queue.available else empty_message(queue, now),
-        goal=goal_out(queue.run.goal),
+        goal=GoalOut.model_validate(queue.run.goal),
         taught=f"{queue.video_step}-{queue.fits}",
     )
 

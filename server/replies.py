@@ -7,7 +7,7 @@ from datetime import datetime
 from labels_db.config_fields import fields_of
 from labels_db.estimate import estimate_bytes
 from labels_db.history import AnswerRecord
-from labels_db.models import EvaluationResult, GoalCard
+from labels_db.models import EvaluationResult
 from labels_db.overview import RunOverview
 from labels_db.presets import Preset
 from server.api_replies import (
@@ -31,7 +31,7 @@ def run_out(seen: RunOverview, now: datetime) -> RunOut:
         preset=run.preset,
         experiment=run.experiment,
         method=run.method,
-        goal=goal_out(seen.goal),
+        goal=GoalOut.model_validate(seen.goal),
         state=run.state,
         desired=run.desired,
         phase=run.phase,
@@ -41,7 +41,7 @@ def run_out(seen: RunOverview, now: datetime) -> RunOut:
         total_steps=seen.config.total_steps,
         steps_per_second=run.steps_per_second,
         queue_position=seen.queue_position,
-        feedback=feedback_out(seen),
+        feedback=FeedbackOut.model_validate(seen.feedback),
         last_return=shown.last_return,
         attempt=run.attempt,
         heartbeat_at=run.heartbeat_at,
@@ -49,23 +49,6 @@ def run_out(seen: RunOverview, now: datetime) -> RunOut:
         ended_at=run.ended_at,
         error=run.error,
     )
-
-
-def feedback_out(seen: RunOverview) -> FeedbackOut:
-    counts = seen.feedback
-    return FeedbackOut(
-        budget=counts.budget,
-        given=counts.given,
-        preferences=counts.preferences,
-        skipped=counts.skipped,
-        open=counts.open,
-        posted=counts.posted,
-        rendering=counts.rendering,
-    )
-
-
-def goal_out(card: GoalCard) -> GoalOut:
-    return GoalOut(version=card.version, text=card.text, created_at=card.created_at)
 
 
 def preset_out(preset: Preset) -> PresetOut:

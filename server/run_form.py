@@ -16,19 +16,12 @@ from labels_db.estimate import estimate_bytes
 from labels_db.numbers import number
 from labels_db.overrides import SettingError, setting_errors, with_kinds
 from labels_db.presets import Preset
-from labels_db.run_config import RunConfig
+from labels_db.run_config import EnvironmentConfig, RunConfig
 from server.new_run import chosen_config
 from server.words import size
 
 A_LOT = 1_000_000
 """Upper bounds from here on keep mistakes out; nobody needs to read them."""
-
-FAMILIES = {
-    "environment.task": ("dmc", "metaworld"),
-    "environment.behaviour": ("behaviour",),
-    "environment.id": ("gym",),
-}
-"""Which families of environments a setting may name one of."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +31,8 @@ class FormField:
     setting: ConfigField
     text: str
     error: str = ""
+    suggestions: Sequence[str] = ()
+    """What it may be, where that is too much to choose from."""
 
     @property
     def path(self) -> str:
@@ -73,15 +68,6 @@ class FormField:
     @property
     def bounds(self) -> str:
         return bounds(self.setting)
-
-    @property
-    def suggestions(self) -> list[str]:
-        """Every environment of the family that the setting's value belongs to."""
-        known = catalogue()
-        for family in FAMILIES.get(self.path, ()):
-            if f"{family}:{self.setting.value}" in known:
-                return [name.partition(":")[2] for name in known if name.startswith(f"{family}:")]
-        return []
 
 
 @dataclass(frozen=True)
@@ -174,12 +160,13 @@ def fill_form(
     shape = with_kinds(preset.config(profile), given)
     config = _wanted(preset, profile, settings_in(shape, given))
     title, goal = wording(config or preset.config(profile), given)
+    suggested = _suggested(shape.environment)
     return RunForm(
         preset=preset,
         profile=profile,
         title=title,
         goal=goal,
-        fields=[_field(setting, given, errors) for setting in fields_of(shape)],
+        fields=[_field(setting, given, errors, suggested) for setting in fields_of(shape)],
         errors=errors,
         room=_room(config, folder) if config else "",
         caveats=config.caveats if config else [],
@@ -202,11 +189,23 @@ def _text(setting: ConfigField) -> str:
     return value.lower() if setting.type == "bool" else value
 
 
-def _field(setting: ConfigField, given: Mapping[str, str], errors: Mapping[str, str]) -> FormField:
+def _suggested(environment: EnvironmentConfig) -> dict[str, list[str]]:
+    """For the setting that names the environment, every one of its family."""
+    family = f"{environment.kind}:"
+    names = [name.removeprefix(family) for name in catalogue() if name.startswith(family)]
+    return {f"environment.{environment.what}": names}
+
+
+def _field(
+    setting: ConfigField,
+    given: Mapping[str, str],
+    errors: Mapping[str, str],
+    suggested: Mapping[str, Sequence[str]],
+) -> FormField:
     value = _text(setting)
     # A kind that does not exist was passed over when the form took its shape.
     text = value if setting.path.endswith(".kind") else given.get(setting.path, value)
-    return FormField(setting, text, errors.get(setting.path, ""))
+    return FormField(setting, text, errors.get(setting.path, ""), suggested.get(setting.path, ()))
 
 
 def settings_in(shape: RunConfig, given: Mapping[str, str]) -> dict[str, str]:

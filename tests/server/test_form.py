@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from urllib.parse import urlencode
 
 import pytest
 
-from labels_db.catalogue import entry
+from labels_db.catalogue import catalogue, entry
 from labels_db.config_fields import fields_of
 from labels_db.overrides import with_kinds
 from labels_db.presets import presets
@@ -108,6 +109,17 @@ def test_environments_of_the_chosen_family_are_suggested(
     page = site.client.get(f"/new?preset=cartpole-swingup&environment.kind={kind}").text
     assert f'<option value="{suggested}">' in page
     assert f'<option value="{not_suggested}">' not in page
+
+
+def test_environments_of_installed_packages_are_suggested(
+    site: Site, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """None is named to begin with."""
+    known = catalogue()
+    maze = replace(known["dmc:walker-walk"], name="installed:maze")
+    monkeypatch.setattr("server.run_form.catalogue", lambda: {**known, maze.name: maze})
+    page = site.client.get("/new?preset=cartpole-swingup&environment.kind=installed").text
+    assert '<option value="maze">' in page
 
 
 def test_fields_of_kinds_left_behind_are_passed_over(site: Site) -> None:
