@@ -24,7 +24,15 @@ from trainer.experiments.provenance import versions
 from trainer.randomness import Randomness
 from trainer.reward_model import Preferences, RewardModel
 
-TASKS = ("cartpole-swingup", "walker-walk", "quadruped-walk")
+TASKS = (
+    "cartpole-swingup",
+    "ball_in_cup-catch",
+    "reacher-easy",
+    "walker-walk",
+    "quadruped-walk",
+    "drawer-close",
+    "window-open",
+)
 SEEDS = (1, 2, 3)
 STEPS, LABELS, HELD_OUT, SEGMENT = 8000, 200, 500, 50
 MINIBATCHES, ROWS = 40, 256

@@ -18,9 +18,9 @@ from labels_db.models import RunState
 from labels_db.numbers import number
 from labels_db.run_config import RunConfig
 from labels_db.runs import config_of, get_run, note
-from trainer.assembly import RecordedRun, recorded_run
 from trainer.divergence import divergence
 from trainer.evaluation import EvaluatedEpisode, mean_measures
+from trainer.recorded_run import RecordedRun, recorded_run
 from trainer.upkeep import ShutdownRequestedError, StopRequestedError
 
 log = structlog.get_logger()

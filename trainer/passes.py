@@ -35,8 +35,9 @@ class Room:
 class Layer:
     """One hidden layer's part in a pass of B rows by E members: what it said, and room for the gradient there.
 
-    Rectifying compares bits as integers, whose sign is the number's: exact, and several times faster for
-    bfloat16, which would otherwise be widened and rounded again.
+    Rectifying compares bits as integers, whose sign is the number's: exact for every number (a NaN may become 0,
+    which is why checkpoints look for those), and several times faster for bfloat16, which would otherwise be
+    widened and rounded again.
     """
 
     def __init__(self, value: Tensor, delta: Tensor, slope: float) -> None:

@@ -88,12 +88,16 @@ class AnsweredQueries:
         return torch.from_numpy(np.stack(rows)).to(self.device) if rows else torch.empty(0, 0)
 
     def _read(self, cursor: int) -> None:
+        """Take in the answers up to the cursor; the record is left before segments are read, which takes its time."""
         with self.database.read() as session:
-            for answer in answers_since(session, self.run_id, self._cursor, cursor):
-                self._said.append(Said(answer.id, answer.query_id, answer.choice, answer.retracts))
-                if answer.query_id not in self._inputs:
-                    self._load(answer.query_id, answer.query.first, answer.query.second)
+            answers = answers_since(session, self.run_id, self._cursor, cursor)
+            said = [Said(answer.id, answer.query_id, answer.choice, answer.retracts) for answer in answers]
+            new = asked_about(said) - self._inputs.keys()
+            pairs = {a.query_id: (a.query.first, a.query.second) for a in answers if a.query_id in new}
+        self._said += said
         self._cursor = max(self._cursor, cursor)
+        for query_id, pair in pairs.items():
+            self._load(query_id, *pair)
 
     def _load(self, query_id: int, first: Segment, second: Segment) -> None:
         try:

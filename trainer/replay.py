@@ -83,7 +83,7 @@ def replay(database: Database, store: ArtifactStore, run_id: str, advance: Calla
     with contextlib.suppress(ReachedError):
         training.train()
     while training.fits < recorded["fits"]:  # the checkpoint was taken right after a fit at this very step
-        cursor = training.feedback.before_step(training.step)
+        cursor = training.feedback.before_step(training)
         if cursor is None:
             break
         training.learn_reward(cursor)

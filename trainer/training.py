@@ -36,8 +36,8 @@ class Upkeep(Protocol):
     def phase(self, phase: Phase) -> None:
         """Say what is being done."""
 
-    def after_fit(self, training: Training) -> None:
-        """A reward has been learned: keep it."""
+    def save(self, training: Training) -> None:
+        """Keep how far training has come."""
 
 
 class NoUpkeep:
@@ -51,7 +51,7 @@ class NoUpkeep:
 
     def phase(self, phase: Phase) -> None: ...
 
-    def after_fit(self, training: Training) -> None: ...
+    def save(self, training: Training) -> None: ...
 
 
 @dataclass
@@ -80,7 +80,7 @@ class Training:
         while self.step < self.config.total_steps:
             self.upkeep.before_step(self)
             self.relabel_when_due()  # only if a stop broke it off
-            while (cursor := self.feedback.before_step(self.step)) is not None:  # lines 9–14: ask
+            while (cursor := self.feedback.before_step(self)) is not None:  # lines 9–14: ask
                 self.learn_reward(cursor)  # lines 15–17: fit the reward, relabel
             self.end_exploration_when_due()
             losses = self.update() if self.can_learn() and self.step != self.began_at else None  # lines 19–21
@@ -125,7 +125,7 @@ class Training:
             self.agent.relabel(self.model, self.upkeep.obey)
         self.relabelled = True
         self.end_exploration_when_due()
-        self.upkeep.after_fit(self)
+        self.upkeep.save(self)
 
     # Exploration ---------------------------------------------------------------------------------
 

@@ -83,9 +83,6 @@ class RecordedUpkeep:
             self._knows_early_ends = True
             training.journal.note(ENDS_EARLY.format(name=self.config.environment.name))
 
-    def after_fit(self, training: Training) -> None:
-        self.save(training)
-
     def phase(self, phase: Phase) -> None:
         self.progress.phase(phase)
 

@@ -20,14 +20,17 @@ from benchmarks.speed.table import HEAD, line, table
 
 RESULTS = Path(__file__).parent.parent / "results"
 FILE = RESULTS / "speed.json"
-PEAK_FLOPS = 2 * 2048**3
+PEAK_SIZES = (512, 1024, 2048)
+"""Of square products, the fastest of which is the machine's limit."""
 
 
 def measured(row: Row) -> dict[str, Any]:
     """One row of the table, and every contestant's numbers."""
     contestants = dict(row.contestants)
     if row.flops:
-        contestants["peak"] = ours("peak", row.threads, precision=row.precision)
+        contestants |= {
+            _peak(size): ours("peak", row.threads, precision=row.precision, size=size) for size in PEAK_SIZES
+        }
     speeds = contest(contestants, rounds=row.rounds)
     others = [name for name in row.contestants if not name.startswith("ours")]
     best = max(others, key=speeds.median)
@@ -64,12 +67,21 @@ def _summary(row: Row, speeds: Speeds, name: str) -> dict[str, Any]:
 def _limit_fraction(row: Row, speeds: Speeds) -> float | None:
     if not row.flops:
         return None
-    return round(speeds.ratio("ours", "peak") * row.flops / PEAK_FLOPS, 3)
+    return round(speeds.median("ours") * row.flops / _limit_flops(speeds), 3)
 
 
 def _limit(row: Row, speeds: Speeds) -> float | None:
     """What the row's matrix products alone would come to at the machine's measured peak."""
-    return shown(row, speeds.median("peak") * PEAK_FLOPS / row.flops) if row.flops else None
+    return shown(row, _limit_flops(speeds) / row.flops) if row.flops else None
+
+
+def _limit_flops(speeds: Speeds) -> float:
+    """Floating-point operations a second of the fastest square product."""
+    return max(speeds.median(_peak(size)) * 2 * size**3 for size in PEAK_SIZES)
+
+
+def _peak(size: int) -> str:
+    return f"peak {size}"
 
 
 def started(name: str, start: Callable[[], float], reach: str) -> dict[str, Any]:

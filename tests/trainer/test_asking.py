@@ -18,11 +18,14 @@ from labels_db.models import Event, FeedbackSession, Query, utc_now
 from tests.labels_db import given
 from tests.trainer.conftest import RUN, Lab, small_config
 from trainer.asking import Asker
+from trainer.asking_rules import rule_and_pace
+from trainer.asking_state import AskingState
 from trainer.episodes import EpisodePool, FinishedEpisode
-from trainer.feedback import FromTeacher, make_feedback
+from trainer.feedback import FromTeacher
 from trainer.posting import Asked
 from trainer.query_selection import Chosen
 from trainer.segments import PairSampler
+from trainer.session_record import SessionRecord
 
 FIRST = 300
 """The step after exploration."""
@@ -81,37 +84,62 @@ def answer_everything(database: Database) -> None:
             given.an_answer(session, lease, f"a-{lease.id}", at=utc_now())
 
 
-def feedback(
-    lab: Lab, *, draws: bool = True, lengths: Sequence[int] = (999, 999), **settings: Any
-) -> FromTeacher:
-    """The configured rule and pace of a claimed run; whenever it waits, everything open is answered, twice at most.
+@dataclass
+class AtStep:
+    """As much of a training as its feedback looks at; while it waits, people answer everything, three times at most."""
 
-    Its pool has episodes of those lengths.
-    """
+    database: Database
+    step: int = 0
+    fits: int = 0
+    waits: int = 0
+
+    @property
+    def upkeep(self) -> AtStep:
+        return self
+
+    def save(self, _training: Any) -> None: ...
+
+    def obey(self) -> None:
+        self.waits += 1
+        assert self.waits <= 3, "it waits for ever"
+        answer_everything(self.database)
+
+
+@dataclass
+class Asking:
+    """The feedback of a claimed run, asked at any step."""
+
+    feedback: FromTeacher
+    training: AtStep
+
+    @property
+    def asker(self) -> Asker:
+        return self.feedback.asker
+
+    def before_step(self, step: int) -> int | None:
+        self.training.step = step
+        return self.feedback.before_step(self.training)  # type: ignore[arg-type]
+
+
+def feedback(lab: Lab, *, draws: bool = True, lengths: Sequence[int] = (999, 999), **settings: Any) -> Asking:
+    """The configured rule and pace of a claimed run whose pool has episodes of those lengths."""
     config = small_config(feedback__teacher__kind="human", **settings)
     lab.request(config)
-    waits = iter(range(3))
-
-    def obey() -> None:
-        assert next(waits, None) is not None, "it waits for ever"
-        answer_everything(lab.database)
-
     claim = lab.claim()
     asker = Asker(
         config=config.feedback,  # type: ignore[arg-type]
-        database=lab.database,
-        claim=claim,
+        record=SessionRecord(lab.database, claim),
         progress=Listening(lab.database),  # type: ignore[arg-type]
         sampler=PairSampler(pool(lengths), config.segment_steps, np.random.default_rng(1)),
         model=None,  # type: ignore[arg-type]
+        answered=None,  # type: ignore[arg-type]
         desk=PostingDesk(lab.database, claim, draws),
-        checkpoint=lambda: None,
-        obey=obey,
-        fitted=lambda: False,
-        asked=lambda: None,  # type: ignore[arg-type, return-value]
+        so_far=AskingState.at_first(config.exploration.ends_at),
     )
-    asker._choose = lambda count: [Chosen(None, "uniform", None)] * count  # type: ignore[arg-type, method-assign]
-    return make_feedback(asker, config)
+    anything = Chosen(None, "uniform", None)  # type: ignore[arg-type]
+    vars(asker)["_choose"] = lambda _training, count: [anything] * count
+    rule, pace = rule_and_pace(asker.config, config.total_steps)
+    return Asking(FromTeacher(asker, rule, pace, config.total_steps), AtStep(lab.database))
 
 
 def pool(lengths: Sequence[int]) -> EpisodePool:
@@ -144,7 +172,7 @@ def test_what_an_earlier_attempt_left_unposted_is_posted_before_anything_is_wait
     """It died while it posted: 1 of 4 is there and open, and the budget is larger than the sessions left can hold."""
     asking = feedback(lab, feedback__pace=pace, feedback__budget=100)
     with lab.database.write() as session:
-        claim = asking.asker.claim
+        claim = asking.asker.record.claim
         post(session, claim, open_session(session, claim, index=0, step=FIRST, asked=4), [0])
     asking.before_step(FIRST)
     assert sessions(lab) == [(0, FIRST, 4)]
@@ -153,7 +181,7 @@ def test_what_an_earlier_attempt_left_unposted_is_posted_before_anything_is_wait
 def test_queries_always_ready_adopt_what_was_left_at_once(lab: Lab) -> None:
     asking = feedback(lab, feedback__kind="continuous", feedback__ready=3)
     with lab.database.write() as session:
-        open_session(session, asking.asker.claim, index=0, step=FIRST, asked=3)
+        open_session(session, asking.asker.record.claim, index=0, step=FIRST, asked=3)
     asking.before_step(FIRST)
     assert sessions(lab) == [(0, FIRST, 3)]
 
@@ -164,7 +192,7 @@ def test_what_was_waited_for_is_learned_from_before_the_next_session_is_chosen(l
     second = FIRST + 150
     assert asking.before_step(second) == 4
     assert len(sessions(lab)) == 1
-    asking.learned(4)
+    asking.feedback.learned(4)
     assert asking.before_step(second) is None
     assert sessions(lab)[1] == (1, second, 4)
 
@@ -172,7 +200,7 @@ def test_what_was_waited_for_is_learned_from_before_the_next_session_is_chosen(l
 def test_a_session_of_which_nothing_could_be_drawn_is_stepped_over(lab: Lab) -> None:
     asking = feedback(lab, feedback__pace="stream")
     with lab.database.write() as session:
-        claim = asking.asker.claim
+        claim = asking.asker.record.claim
         trim_session(session, claim, open_session(session, claim, index=0, step=FIRST, asked=4).id)
     asking.before_step(FIRST)
     assert sessions(lab) == [(0, FIRST, 0), (1, FIRST, 4)]
@@ -210,8 +238,7 @@ def test_that_episodes_are_too_short_to_ask_about_is_told_once(lab: Lab, kind: s
     assert told(lab) == []  # nothing was due
     for step in range(FIRST, FIRST + 3):
         asking.before_step(step)
-    kept = asking.state()
-    asking.load(kept)
+    asking.feedback.load(asking.feedback.state())
     asking.before_step(FIRST + 4)
     assert told(lab) == [
         "Nothing can be asked yet: two segments of 125 steps cannot be cut from the last 4 episodes, of which half"

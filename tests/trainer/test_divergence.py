@@ -19,7 +19,7 @@ from labels_db.runs import get_run
 from tests.trainer.conftest import RUN, Lab, small_config
 from tests.trainer.test_combinations import of_method
 from trainer import evaluation
-from trainer.agents.ppo import PPOLosses
+from trainer.agents.ppo_library import PPOLosses
 from trainer.divergence import DivergedError, divergence, refuse_diverged_losses
 from trainer.evaluation import EvaluatedEpisode
 from trainer.training import Training

@@ -13,6 +13,7 @@ from labels_db.run_config import RunConfig
 from tests.trainer.conftest import RUN, Lab, small_config
 from tests.trainer.given import lived
 from tests.trainer.whole_runs import live_until
+from trainer.agents.interface import BatchReward
 from trainer.agents.normaliser import Normaliser
 from trainer.agents.ppo import PPOAgent
 from trainer.agents.registry import make_agent, policy_layers
@@ -182,6 +183,33 @@ def test_a_complete_rollout_is_learned_from_before_beginning_anew() -> None:
     learner.begin_anew(100, other_reward)
     assert rewarded == [T * N]
     assert np.abs(learner.act(seen, explore=False) - before).max() > 0
+
+
+def other_reward(batch: Batch) -> torch.Tensor:
+    return batch.reward + 1
+
+
+@pytest.mark.parametrize("reward", [None, other_reward])
+def test_epochs_are_those_of_exploration_until_it_begins_anew(reward: BatchReward | None) -> None:
+    """Whatever reward it is handed, which it cannot tell from others."""
+    settings = {"exploration__kind": "state-entropy", "agent__exploring_epochs": 5}
+    learner, resumed = agent(**settings), agent(**settings)
+    live(learner, T)
+    learner.learn(reward, N)
+    assert (learner.state()["updates"], learner.epochs) == (5, 5)
+    learner.begin_anew(100, reward)
+    live(learner, T)
+    learner.learn(reward, N)
+    assert (learner.state()["updates"], learner.epochs) == (2, 2)
+    resumed.load(unpack(*pack(learner.state())))
+    assert resumed.epochs == 2
+
+
+def test_without_exploration_there_is_one_number_of_epochs() -> None:
+    learner = agent(agent__exploring_epochs=5)
+    live(learner, T)
+    learner.learn(other_reward, N)
+    assert learner.state()["updates"] == 2
 
 
 @pytest.mark.parametrize("steps", [T - 3, T])

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
+import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labels_db.models import Choice
-from trainer.preferences import Said, asked_about, labels_of
+from labels_db.database import Database
+from labels_db.models import Choice, Pressed
+from labels_db.storage import ArtifactError
+from tests.labels_db import given as record
+from tests.trainer.conftest import Lab
+from trainer.preferences import AnsweredQueries, Said, asked_about, labels_of
 
 
 def said(number: int, query: int, choice: Choice | None, retracts: int | None = None) -> Said:
@@ -56,3 +63,29 @@ def test_retracting_is_the_same_as_never_having_answered(
     retractions = [said(100 + i, answers[i].query_id, None, retracts=i) for i in undone]
     kept = [answer for answer in answers if answer.id not in undone]
     assert labels_of([*answers, *retractions]) == labels_of(kept)
+
+
+@dataclass
+class EmptyStore:
+    """Has nothing, and tells what was sought; nobody may be in the record meanwhile."""
+
+    database: Database
+    sought: list[str] = field(default_factory=list)
+
+    def read(self, key: str, _checksum: str) -> bytes:
+        assert self.database.engine.pool.checkedout() == 0  # type: ignore[attr-defined]
+        self.sought.append(key.rpartition("/")[2])
+        raise ArtifactError(f"{key}: not there")
+
+
+def test_segments_are_read_outside_the_record_and_only_where_there_is_something_to_learn(lab: Lab) -> None:
+    with lab.database.write() as session:
+        record.queries(session, record.a_claim(session), 3)
+        leases = record.leases(session, record.labeller(session), 3)
+        for lease, pressed in zip(leases, (Pressed.LEFT, Pressed.SKIP, Pressed.EQUAL), strict=True):
+            record.an_answer(session, lease, f"a-{lease.id}", pressed=pressed)
+        pairs = [lease.query.index for lease in leases]
+    store = EmptyStore(lab.database)
+    answered = AnsweredQueries(lab.database, store, "mill", torch.device("cpu"))  # type: ignore[arg-type]
+    assert answered.up_to(3) == ({}, {})
+    assert store.sought == [str(2 * pairs[0]), str(2 * pairs[2])]  # the first of each is lost already

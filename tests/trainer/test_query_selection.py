@@ -21,8 +21,8 @@ from labels_db.run_config import (
     Uniform,
 )
 from tests.trainer.test_segments import pool_of
+from trainer.asking_rules import EveryKSteps
 from trainer.candidate_scores import disagreement, entropy
-from trainer.feedback import EveryKSteps
 from trainer.query_selection import SCHEMES, Chosen, Selection, select
 from trainer.randomness import Randomness
 from trainer.reward_model import RewardModel

@@ -9,7 +9,7 @@ from typing import Any
 import torch
 
 from labels_db.run_config import PPO, SAC, RunConfig
-from trainer.agents import sac
+from trainer.agents import ppo_policy, sac
 from trainer.agents.interface import Agent
 from trainer.policy_layers import PolicyLayer
 from trainer.precision import product_precision
@@ -41,15 +41,9 @@ def _ppo(config: RunConfig, randomness: Randomness, device: torch.device) -> Age
     return PPOAgent(config, randomness, device)
 
 
-def _ppo_layers(config: RunConfig, state: dict[str, Any]) -> list[PolicyLayer]:
-    from trainer.agents import ppo
-
-    return ppo.policy_layers(config, state)
-
-
 AGENTS: MappingProxyType[type, Callable[[RunConfig, Randomness, torch.device], Agent]] = MappingProxyType(
     {SAC: _sac, PPO: _ppo}
 )
 POLICIES: MappingProxyType[type, Callable[[RunConfig, dict[str, Any]], list[PolicyLayer]]] = MappingProxyType(
-    {SAC: sac.policy_layers, PPO: _ppo_layers}
+    {SAC: sac.policy_layers, PPO: ppo_policy.policy_layers}
 )
