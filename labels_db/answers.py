@@ -166,7 +166,9 @@ def answers_since(session: Session, run_id: str, cursor: int, until: int | None 
     wanted = select(Answer).where(Answer.run_id == run_id, Answer.sequence > cursor)
     if until is not None:
         wanted = wanted.where(Answer.sequence <= until)
-    return session.scalars(wanted.options(joinedload(Answer.query)).order_by(Answer.sequence)).all()
+    segments = joinedload(Query.first), joinedload(Query.second)
+    shown = joinedload(Answer.query).options(*segments)
+    return session.scalars(wanted.options(shown).order_by(Answer.sequence)).all()
 
 
 def _next_sequence(session: Session, run_id: str) -> int:

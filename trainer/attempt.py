@@ -64,17 +64,23 @@ class Attempt:
     def live(self) -> RunState | None:
         """Train until the run finishes, fails or is stopped: the state it is left in; None where it was taken away."""
         try:
-            return self._live()
+            return self._live_or_fail()
         except AttemptLostError as error:
             log.warning("the run belongs to another attempt now", reason=str(error))
             return None
+        finally:
+            self._close()
+
+    def _live_or_fail(self) -> RunState:
+        try:
+            return self._live()
+        except AttemptLostError:
+            raise
         except Exception as error:
             log.exception("the run failed")
             with self.database.write() as session:
                 fail_run(session, self.claim, self._reason(error))
             return RunState.FAILED
-        finally:
-            self._close()
 
     def _reason(self, error: Exception) -> str:
         """What went wrong: numbers that are none are the reason of whatever they broke first."""
