@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import signal
 from contextlib import suppress
@@ -59,7 +60,8 @@ class Attempt:
         if not self.last_evaluation:
             return {}
         returns = [episode.true_return for episode in self.last_evaluation]
-        return {"return": sum(returns) / len(returns), **mean_measures(self.last_evaluation)}
+        found = {"return": sum(returns) / len(returns), **mean_measures(self.last_evaluation)}
+        return {name: value for name, value in found.items() if math.isfinite(value)}
 
     def live(self) -> RunState | None:
         """Train until the run finishes, fails or is stopped: the state it is left in; None where it was taken away."""

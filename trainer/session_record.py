@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from labels_db.claims import Claim
+from labels_db.claims import Claim, owned_run
 from labels_db.database import Database
 from labels_db.feedback_progress import FeedbackProgress, feedback_progress
 from labels_db.feedback_sessions import (
@@ -81,4 +81,4 @@ class SessionRecord:
     def note(self, text: str) -> None:
         """Say it in the run's history."""
         with self.database.write() as session:
-            note(session, get_run(session, self.claim.run_id), text)
+            note(session, owned_run(session, self.claim), text)

@@ -139,13 +139,15 @@ class Supervisor:
 
     def _is_over(self, doing: Doing) -> bool:
         """Whoever asked hears of a process that died over the command, or was killed for hanging, too."""
-        if doing.hangs():
+        if hung := doing.hangs():
             doing.process.kill()
             doing.process.wait()
         if (status := doing.process.poll()) is None:
             return False
+        minutes = commands.GIVEN_UP_AFTER.total_seconds() / 60
+        reason = f"took longer than {minutes:.0f} minutes and was ended" if hung else _how_it_ended(status)
         with self.database.write() as session:
-            commands.give_up(session, doing.command_id, f"Its process {_how_it_ended(status)}.")
+            commands.give_up(session, doing.command_id, f"Its process {reason}.")
         return True
 
     def end_children(self) -> None:

@@ -11,6 +11,8 @@ import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future
+from types import SimpleNamespace
+from typing import Any
 
 import av
 import numpy as np
@@ -303,3 +305,50 @@ def test_clips_compare_by_value() -> None:
 def test_a_driver_that_hangs_is_named_to_who_waits() -> None:
     with pytest.raises(RenderingLost, match=r"nothing was drawn within 0 s; `pebble doctor`"):
         drawn(Future(), 0.01)
+
+
+@pytest.fixture
+def hanging(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Processes that never draw a first frame."""
+    start = subprocess.Popen
+
+    def sleep(_command: object, **settings: Any) -> subprocess.Popen[bytes]:
+        return start(["sleep", "60"], **settings)
+
+    monkeypatch.setattr(
+        "trainer.rendering.process.subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": sleep})
+    )
+    monkeypatch.setattr("trainer.rendering.process.GRACE_SECONDS", 0.2)
+
+
+@pytest.mark.timeout(30)
+@pytest.mark.usefixtures("hanging")
+def test_a_renderer_whose_process_hangs_before_its_first_frame_can_be_closed() -> None:
+    renderer = Renderer(CART_POLE, Clips())
+    clip = renderer.clip(SEED, lived(CART_POLE, 2), 0.1)
+    renderer.close()
+    with pytest.raises(RenderingLost, match="closed"):
+        clip.result(0)
+
+
+@pytest.mark.timeout(30)
+@pytest.mark.usefixtures("hanging")
+def test_a_driver_that_hangs_at_its_first_frame_is_as_good_as_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("trainer.rendering.process.START_SECONDS", 0.3)
+    with Renderer(CART_POLE, Clips()) as renderer, pytest.raises(RenderingUnavailable, match="code -9"):
+        renderer.clip(SEED, lived(CART_POLE, 2), 0.1).result(20)
+
+
+def test_a_process_that_owes_an_answer_for_too_long_is_started_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    with Renderer(CART_POLE, Clips()) as renderer:
+        renderer.clip(SEED, lived(CART_POLE, 2), 0.1).result(60)
+        assert renderer._child is not None
+        process = renderer._child._process
+        os.kill(process.pid, signal.SIGSTOP)
+        owed = renderer.clip(SEED, lived(CART_POLE, 2), 0.1)
+        monkeypatch.setattr("trainer.rendering.renderer.CLIP_SECONDS", 0.0)
+        time.sleep(0.1)
+        asked = renderer.clip(SEED, lived(CART_POLE, 2), 0.1)
+        monkeypatch.setattr("trainer.rendering.renderer.CLIP_SECONDS", 120)
+        assert owed.result(60).data == asked.result(60).data
+        assert process.wait(5) == -signal.SIGKILL

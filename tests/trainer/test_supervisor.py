@@ -181,7 +181,9 @@ def test_a_command_that_hangs_is_killed_and_makes_way(lab: Lab, watched: Supervi
     assert process.poll() == -signal.SIGKILL
     assert watched.doing is None
     with lab.database.read() as session:
-        assert session.get_one(Command, asked).result == {"error": "Its process was killed by signal 9."}
+        assert session.get_one(Command, asked).result == {
+            "error": "Its process took longer than 15 minutes and was ended."
+        }
 
 
 def test_a_trainer_that_hangs_is_killed_before_the_next_takes_its_place(lab: Lab) -> None:

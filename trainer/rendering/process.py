@@ -6,6 +6,8 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
+from collections.abc import Callable
 from contextlib import suppress
 from types import MappingProxyType
 from typing import IO
@@ -19,6 +21,8 @@ BACKENDS = ("egl", "osmesa")
 # One core is enough for a clip in a third of a second, and the other cores are the training's.
 ONE_CORE = MappingProxyType({"LP_NUM_THREADS": "0", "OPENBLAS_NUM_THREADS": "1"})
 GRACE_SECONDS = 5.0
+START_SECONDS = 120.0
+"""Longer than any process takes to a first frame."""
 LOG_TAIL = 500
 
 
@@ -51,6 +55,20 @@ class ChildProcess:
         assert self._process.stdout is not None
         return receive(self._process.stdout)
 
+    def first(self) -> tuple[Header, bytes] | None:
+        """The first message, which a driver that hangs is not waited for long."""
+        hangs = threading.Timer(START_SECONDS, self.kill)
+        hangs.daemon = True
+        hangs.start()
+        try:
+            return self.receive()
+        finally:
+            hangs.cancel()
+
+    def kill(self) -> None:
+        """End the process at once."""
+        self._process.kill()
+
     def leave(self) -> None:
         """Have the process end: by itself, since its input ends, or by force."""
         assert self._process.stdin is not None
@@ -74,16 +92,20 @@ class ChildProcess:
 
 
 def start_child(
-    environment: EnvironmentConfig, clips: Clips, backends: tuple[str, ...] = BACKENDS
+    environment: EnvironmentConfig,
+    clips: Clips,
+    backends: tuple[str, ...] = BACKENDS,
+    begun: Callable[[ChildProcess], None] = lambda _child: None,
 ) -> ChildProcess:
-    """A process that has drawn a first frame, with the first backend that can.
+    """A process that has drawn a first frame, with the first backend that can; each is `begun` before it has.
 
     Raises `RenderingUnavailable`, with each backend's reason, where none can.
     """
     reasons: dict[str, str] = {}
     for backend in backends:
         child = ChildProcess(backend, environment, clips)
-        message = child.receive()
+        begun(child)
+        message = child.first()
         if message is not None and "ready" in message[0]:
             return child
         ending = child.close()

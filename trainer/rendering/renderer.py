@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -75,6 +76,8 @@ class Renderer:
         self._numbers = itertools.count()
         self._pending: dict[int, Request] = {}
         self._child: ChildProcess | None = None
+        self._starting: ChildProcess | None = None
+        self._heard = time.monotonic()
         self._keeper: threading.Thread | None = None
         self._over: RenderingError | None = None
 
@@ -115,6 +118,7 @@ class Renderer:
             if self._over is not None:
                 future.set_exception(self._over)
                 return future
+            self._end_hung()
             number = next(self._numbers)
             header = {**facts, "id": number, "shape": list(array.shape)}
             request = self._pending[number] = Request(header, array.tobytes(), future)
@@ -122,6 +126,15 @@ class Renderer:
                 self._child.send(request.header, request.body)
             self._keep()
         return future
+
+    def _end_hung(self) -> None:
+        """A process that has owed an answer for too long is started again, like one that died."""
+        if not self._pending:
+            self._heard = time.monotonic()
+        kinds = {request.header["kind"] for request in self._pending.values()}
+        patience = VIDEO_SECONDS if "video" in kinds else CLIP_SECONDS
+        if self._child is not None and time.monotonic() - self._heard > patience:
+            self._child.kill()
 
     def _keep(self) -> None:
         """Start the thread that looks after the process, once."""
@@ -149,8 +162,9 @@ class Renderer:
 
     def _live_once(self) -> str:
         """One process from start to end; how it ended."""
-        child = start_child(self._environment, self._clips, self._backends)
+        child = start_child(self._environment, self._clips, self._backends, self._begun)
         with self._lock:
+            self._starting, self._heard = None, time.monotonic()
             self._child = None if self._over is not None else child
             for request in self._pending.values():
                 child.send(request.header, request.body)
@@ -160,8 +174,17 @@ class Renderer:
             self._child = None
         return child.close()
 
+    def _begun(self, child: ChildProcess) -> None:
+        """Known before it is ready, so that closing need not wait for one that hangs."""
+        with self._lock:
+            self._starting = child
+            over = self._over is not None
+        if over:
+            child.leave()
+
     def _answer(self, header: Header, body: bytes) -> None:
         with self._lock:
+            self._heard = time.monotonic()
             request = self._pending.pop(header["id"], None)
         if request is None:
             return
@@ -176,7 +199,7 @@ class Renderer:
         with self._lock:
             self._over = self._over or error
             requests, self._pending = list(self._pending.values()), {}
-            child, self._child = self._child, None
+            child, self._child, self._starting = self._child or self._starting, None, None
         for request in requests:
             request.future.set_exception(self._over)
         if child is not None:
