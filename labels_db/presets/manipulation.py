@@ -84,7 +84,7 @@ def _as_published(task: _Task, *, segment_steps: int, transform: str, tie: str) 
 
 
 def _laptop(task: _Task) -> RunConfig:
-    """An action is held four control steps, as on other tasks: SAC opens the window in a quarter of the time."""
+    """An action is held four control steps, as on other tasks; SAC then opens the window (`benchmarks/README.md`)."""
     return RunConfig(
         environment=MetaWorld(task=task.name, goal_visible=True, action_repeat=4),
         agent=SAC(width=256, batch_size=256, learning_rate=5e-4, layer_norm=True),

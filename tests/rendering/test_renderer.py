@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -283,9 +284,9 @@ os.kill(os.getpid(), 9)
 def test_the_process_leaves_with_its_parent() -> None:
     done = subprocess.run([sys.executable, "-c", ORPHAN], capture_output=True, text=True, check=False)
     child, deadline = int(done.stdout), time.monotonic() + 10
-    while os.path.exists(f"/proc/{child}") and time.monotonic() < deadline:  # noqa: PTH110
+    while Path(f"/proc/{child}").exists() and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert not os.path.exists(f"/proc/{child}")  # noqa: PTH110
+    assert not Path(f"/proc/{child}").exists()
 
 
 def test_importing_loads_no_opengl() -> None:
