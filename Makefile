@@ -1,16 +1,22 @@
 # Two commands matter: `make run` serves the product, `make test` tests it. Both set up what they need.
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-tests run test check contracts demo-human bench migration clean
+.PHONY: help setup setup-experiments wheels setup-tests run test check contracts demo-human demo-offline bench migration clean
 
 bin := .venv/bin
 # One file's tests stay in one process, since they share servers and trained runs.
 pytest := $(bin)/pytest --numprocesses auto --dist loadfile
 
 help: ## List these commands
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 18
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 24
 
 setup: ## Make .venv and install what the product needs
 	@scripts/setup product
+
+setup-experiments: ## Make .venv for experiments with scripted teachers alone: PYTORCH=system WHEELS=wheels
+	@scripts/setup experiments
+
+wheels: setup ## Fetch what experiments need for a machine without a package index: make wheels PYTHON_THERE=3.12
+	@$(bin)/python scripts/fetch_wheels.py $(if $(PYTHON_THERE),--python $(PYTHON_THERE)) wheels
 
 setup-tests:
 	@scripts/setup tests
@@ -31,7 +37,10 @@ contracts: setup-tests ## Run what every agent, environment, teacher and scheme 
 	@$(pytest) -m contracts
 
 demo-human: setup-tests ## Teach a cart pole through the browser, from the form to the windmill
-	@$(bin)/pytest -m demo
+	@$(bin)/pytest -m demo tests/web
+
+demo-offline: setup-tests ## Install and run an experiment as on a machine that has PyTorch and no network
+	@$(bin)/pytest -m demo tests/setup
 
 peers := build/peers
 $(peers)/installed: benchmarks/speed/peers.txt

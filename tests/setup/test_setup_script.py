@@ -12,9 +12,10 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-# A Python that knows `-c`, `-m venv` (which copies itself) and `-m pip`, and fails when told to.
+# A Python that knows `-c`, `-m venv` (which copies itself), `-m pip` and pip's wheel, and fails when told to.
 PYTHON = """#!/usr/bin/env bash
 case "$1 $2" in
+    *".whl/pip install") echo "pip of the wheel ${*:3}" >>"$CALLS" ;;
     "-m venv") mkdir -p "${!#}/bin" && cp "$0" "${!#}/bin/python" && echo "${@:2:$#-2}" >>"$CALLS" ;;
     "-m pip")
         shift 2
@@ -22,6 +23,8 @@ case "$1 $2" in
         if [ -e "$FAILING" ]; then exit 1; fi ;;
     "-c import ensurepip") [ ! -e "$NO_ENSUREPIP" ] ;;
     "-c import torch") [ -e "$HAS_TORCH" ] ;;
+    "-c import sys; print"*) echo /their/site-packages ;;
+    "-c import pathlib"*) echo "shows $3" >>"$CALLS" ;;
 esac
 """
 DPKG_QUERY = """#!/usr/bin/env bash
@@ -33,6 +36,7 @@ echo "apt-get $*" >>"$CALLS"
 SUDO = """#!/usr/bin/env bash
 [ -e "$MAY_SUDO" ] && shift && "$@"
 """
+PYTHONS = ["python3.11", "python3.12", "python3"]
 PACKAGES = ["libegl1", "libgl1-mesa-dri", "libopengl0", "libosmesa6"]
 
 
@@ -47,7 +51,12 @@ class Machine:
         (self.checkout / "scripts").mkdir(parents=True)
         shutil.copy(ROOT / "scripts" / "setup", self.checkout / "scripts")
         shutil.copy(ROOT / "pyproject.toml", self.checkout)
-        programs = {"python3.11": PYTHON, "dpkg-query": DPKG_QUERY, "apt-get": APT_GET, "sudo": SUDO}
+        programs = {
+            **dict.fromkeys(PYTHONS, PYTHON),
+            "dpkg-query": DPKG_QUERY,
+            "apt-get": APT_GET,
+            "sudo": SUDO,
+        }
         for name, text in {**programs, "id": f"#!/usr/bin/env bash\necho {self.user}\n"}.items():
             path = self.folder / "bin" / name
             path.parent.mkdir(exist_ok=True)
@@ -102,6 +111,7 @@ def test_a_fresh_checkout_gets_an_environment(machine: Machine) -> None:
     assert install.endswith("--editable .[trainer,export,metaworld,classic,experiments]")
     assert sorted(path.name for path in (machine.checkout / ".venv").iterdir()) == [
         "bin",
+        "installed-experiments",
         "installed-product",
     ]
 
@@ -109,17 +119,52 @@ def test_a_fresh_checkout_gets_an_environment(machine: Machine) -> None:
 def test_the_machine_s_own_pytorch_can_be_kept(machine: Machine) -> None:
     refused = machine.setup(PYTORCH="system")
     assert refused.returncode != 0
-    assert "python3.11 has no PyTorch; name one that has it by PYTHON=" in refused.stderr
+    assert f"no PyTorch in {' '.join(PYTHONS)}; name a Python that has it by PYTHON=" in refused.stderr
     machine.mark("HAS_TORCH")
     assert machine.setup(PYTORCH="system").returncode == 0
-    assert machine.calls[0] == "venv --system-site-packages"
+    assert machine.calls[:2] == ["venv", "shows /their/site-packages"]
     assert machine.setup(PYTORCH="system").returncode == 0
     assert machine.calls == []
     machine.setup()
     assert machine.calls[0] == "venv"  # another way of having it is another environment
+    assert not any(call.startswith("shows") for call in machine.calls)
     machine.setup(PYTORCH="system")
-    assert machine.calls[0] == "venv --system-site-packages"
+    assert machine.calls[:2] == ["venv", "shows /their/site-packages"]
     assert "PYTORCH=cuda: unknown" in machine.setup(PYTORCH="cuda").stderr
+
+
+def test_of_several_pythons_the_one_with_pytorch_is_taken(machine: Machine) -> None:
+    machine.mark("HAS_TORCH")
+    without = PYTHON.replace('[ -e "$HAS_TORCH" ]', "exit 1")
+    (machine.folder / "bin" / "python3.11").write_text(without, encoding="utf-8")
+    assert machine.setup(PYTORCH="system").returncode == 0
+    assert (machine.checkout / ".venv" / "bin" / "python").read_text(encoding="utf-8") == PYTHON
+
+
+def test_experiments_with_scripted_teachers_need_nothing_that_draws(machine: Machine) -> None:
+    machine.install()
+    assert machine.setup("experiments").returncode == 0
+    assert not any(call.startswith("apt-get") for call in machine.calls)
+    assert machine.calls[-1].endswith("--editable .[trainer,experiments]")
+    assert machine.setup("experiments").returncode == 0
+    assert machine.calls == []
+    assert not machine.stood_up
+
+
+def test_wheels_do_without_a_network_and_without_python_s_own_pip(machine: Machine) -> None:
+    machine.install()
+    machine.mark("NO_ENSUREPIP")
+    wheels = machine.folder / "some wheels"
+    wheels.mkdir()
+    refused = machine.setup("experiments", WHEELS=str(wheels))
+    assert refused.returncode != 0
+    assert f"WHEELS={wheels}: no pip there; `make wheels` fills such a folder" in refused.stderr
+    (wheels / "pip-26.0-py3-none-any.whl").touch()
+    assert machine.setup("experiments", WHEELS=str(wheels)).returncode == 0
+    venv, own_pip, upgrade, install = machine.calls
+    assert venv == "venv --without-pip"
+    for call in (own_pip, upgrade, install):
+        assert f"--no-index --find-links {wheels}" in call
 
 
 def test_the_second_time_nothing_is_done(machine: Machine) -> None:
@@ -199,4 +244,4 @@ def test_others_need_sudo_or_are_told_what_to_run(tmp_path: Path, may_sudo: bool
 def test_an_unknown_goal_is_named(machine: Machine) -> None:
     result = machine.setup("moon")
     assert result.returncode == 1
-    assert "moon: unknown; one of product, tests" in result.stderr
+    assert "moon: unknown; one of product, tests, experiments" in result.stderr
