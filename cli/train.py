@@ -25,6 +25,7 @@ from labels_db.overrides import SettingError, with_settings
 from labels_db.presets import preset_named
 from labels_db.run_config import RunConfig
 from labels_db.runs import get_run, request_run
+from trainer.threads import wait_asleep
 
 OPTIONS = {
     "feedback.teacher.kind": "--teacher",
@@ -60,6 +61,7 @@ def train_here(
     preset: str, config: RunConfig, data: DataFolder, *, method: str | None = None, as_json: bool
 ) -> int:
     """Train in this process; 0 unless the run failed. Ctrl-C stops it with a checkpoint."""
+    wait_asleep(config)
     from trainer.attempt import Attempt
 
     log_to_stderr()

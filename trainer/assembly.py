@@ -19,6 +19,7 @@ from trainer.journal import Journal, SilentJournal
 from trainer.preferences import AnsweredQueries
 from trainer.randomness import Randomness
 from trainer.reward_source import ModelReward, make_reward_source
+from trainer.threads import threads_of
 from trainer.training import Training, Upkeep
 
 
@@ -26,7 +27,7 @@ class Foundation:
     """What training and its feedback both stand on: chance, the reward, and the episodes to ask about."""
 
     def __init__(self, config: RunConfig, device: torch.device) -> None:
-        set_up_arithmetic(config.threads)
+        set_up_arithmetic(threads_of(config))
         self.config = config
         self.device = device
         self.randomness = Randomness(config.seed)

@@ -6,7 +6,6 @@ import math
 import shutil
 import signal
 from contextlib import suppress
-from pathlib import Path
 
 import structlog
 
@@ -169,9 +168,9 @@ class Attempt:
         self.database.close()
 
 
-def live_in_this_process(data_path: Path, artifacts_url: str | None, claim: Claim) -> RunState | None:
+def live_in_this_process(data: DataFolder, claim: Claim) -> RunState | None:
     """The whole life of a run's own process: SIGTERM and SIGINT end it with a checkpoint."""
-    attempt = Attempt(DataFolder(data_path, artifacts_url), claim)
+    attempt = Attempt(data, claim)
     for caught in (signal.SIGTERM, signal.SIGINT):
         signal.signal(caught, lambda *_: attempt.shutdown())
     return attempt.live()

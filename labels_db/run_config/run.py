@@ -68,7 +68,12 @@ class RunConfig(Config):
         "float32",
         description="Large products of matrices; auto takes bfloat16 where the device is fast at it.",
     )
-    threads: int = Field(1, ge=1, le=256, description="Threads of the trainer's arithmetic on the CPU.")
+    threads: int | None = Field(
+        None,
+        ge=1,
+        le=256,
+        description="Threads of the trainer's arithmetic on the CPU; empty: every core for wide networks, else one.",
+    )
 
     @model_validator(mode="after")
     def _parts_fit(self, info: ValidationInfo) -> RunConfig:
