@@ -23,8 +23,8 @@ def threads_of(config: RunConfig) -> int:
 def wait_asleep(config: RunConfig, environment: MutableMapping[str, str] = os.environ) -> None:
     """Have threads whose number nobody chose sleep until there is work: to be called before PyTorch is loaded.
 
-    OpenMP's threads spin by default. Faster alone, they take the cores from whoever does work: two runs of
-    two threads each on two cores were a quarter as fast as with one thread each. Asleep they share: docs/performance.md.
+    OpenMP's threads spin by default. Faster alone, they take the cores from whoever does work: two runs of two threads
+    each on two cores were a quarter as fast as with one thread each (docs/performance.md). Asleep they share.
     Whoever says how many threads a run has knows what else runs, and keeps OpenMP's own way.
     """
     if config.threads is None:
