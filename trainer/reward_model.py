@@ -12,7 +12,6 @@ from torch import Tensor
 from labels_db.records import FitReport
 from labels_db.run_config import LearnedReward
 from trainer.adam import FlatAdam
-from trainer.input_scale import InputScale
 from trainer.networks import EnsembleMLP, linear_default
 from trainer.passes import Passes, Room
 from trainer.randomness import Randomness
@@ -74,7 +73,6 @@ class RewardModel:
         weights = randomness.torch("reward weights")
         self._order = randomness.torch("reward batches")
         self.members = EnsembleMLP(config.members, sizes, LEAKY_SLOPE, linear_default, weights).to(device)
-        self.scale = InputScale(sizes[0], device, learns=config.standardise_inputs)
         self.optimizer = FlatAdam((self.members.flat, config.learning_rate))
         self._passes = Passes(self.members, precision, Room(device))
         bytes_per_row = config.members * config.width * torch.empty(0, dtype=precision).element_size()
@@ -89,11 +87,8 @@ class RewardModel:
     @torch.no_grad()
     def member_rewards(self, inputs: Tensor) -> Tensor:
         """Each member's reward, [B, D + A] → [E, B]."""
-        return torch.cat([self._rewards(rows) for rows in torch.split(inputs, self._rows)], 1)
-
-    def _rewards(self, inputs: Tensor) -> Tensor:
-        """Each member's reward of all rows at once, [B, D + A] or [E, B, D + A] → [E, B]."""
-        return torch.tanh(self._passes.forward(self.scale(inputs))[..., 0])
+        parts = [torch.tanh(self._passes.forward(rows)[..., 0]) for rows in torch.split(inputs, self._rows)]
+        return torch.cat(parts, 1)
 
     def segment_sums(self, segments: Tensor) -> Tensor:
         """Each member's undiscounted sum over each segment, [n, H, D + A] → [E, n]."""
@@ -113,7 +108,6 @@ class RewardModel:
         """
         fresh_accuracy = None if fresh is None or not len(fresh) else self.accuracy(fresh)
         accuracy, epochs = None, 0
-        self.scale.learn(preferences.first, preferences.second)
         for _ in range(self.config.max_epochs):
             accuracy, epochs = self._epoch(preferences), epochs + 1
             if accuracy is not None and accuracy > self.config.stop_accuracy:
@@ -155,7 +149,7 @@ class RewardModel:
         """The gradient of a weighted sum of losses, rows [E, b]; the derivative of one by its logit is P − y."""
         label = preferences.label[rows]
         inputs = torch.cat([preferences.first[rows], preferences.second[rows]], 1)
-        rewards = self._rewards(inputs.flatten(1, 2)).view(*inputs.shape[:3])
+        rewards = torch.tanh(self._passes.forward(inputs.flatten(1, 2))[..., 0]).view(*inputs.shape[:3])
         first, second = rewards.sum(-1).chunk(2, 1)
         logit = preference_logit(first, second)
         by_logit = (torch.sigmoid(logit) - smoothed(label, self.config.label_smoothing)) * weight
@@ -166,16 +160,11 @@ class RewardModel:
     # Checkpoints ---------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        return {
-            "members": self.members.state_dict(),
-            "optimizer": self.optimizer.state(),
-            "scale": self.scale.state(),
-        }
+        return {"members": self.members.state_dict(), "optimizer": self.optimizer.state()}
 
     def load(self, state: dict[str, Any]) -> None:
         self.members.load_state_dict(state["members"])
         self.optimizer.load(state["optimizer"])
-        self.scale.load(state["scale"])
         self._passes.refresh()
 
 

@@ -46,18 +46,10 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "1×256": {"depth": 1},
     "1×128": {"width": 128, "depth": 1},
     "1×256, 50 epochs": {"stop_accuracy": 1, "depth": 1},
-    "1×256, standardised": {"depth": 1, "standardise_inputs": True},
-    "2×256, standardised": {"depth": 2, "standardise_inputs": True},
     "1×256, batches of 8": {"batch_size": 8, "depth": 1},
     "1×256, batches of 8, 50 epochs": {"stop_accuracy": 1, "batch_size": 8, "depth": 1},
-    "1×256, batches of 8, 50 epochs, standardised": {
-        "stop_accuracy": 1,
-        "batch_size": 8,
-        "depth": 1,
-        "standardise_inputs": True,
-    },
 }
-"""What is varied: hidden layers, batches, where a fit ends (where 97 % are right by default), the inputs' scale."""
+"""What is varied: hidden layers, batches, and whether a fit ends where 97 % are right."""
 
 
 @dataclass(frozen=True)

@@ -88,7 +88,7 @@ def novel(behaviour: str, *, budget: int = 200) -> RunConfig:
     )
     evaluation = Evaluation(every=10_000, episodes=1)
     # So few answers are learned in small batches and to the end of every fit: benchmarks/README.md.
-    reward = LearnedReward(depth=1, batch_size=8, stop_accuracy=1, standardise_inputs=True)
+    reward = LearnedReward(depth=1, batch_size=8, stop_accuracy=1)
     known = laptop(Behaviour(behaviour=behaviour, action_repeat=4), STEPS)
     return known.model_copy(update={"feedback": feedback, "evaluation": evaluation, "reward": reward})
 

@@ -139,7 +139,7 @@ def laptop(environment: EnvironmentConfig, total_steps: int) -> RunConfig:
         agent=SAC(
             width=128, layer_norm=True, batch_size=256, learning_rate=1e-3, temperature_learning_rate=1e-3
         ),
-        reward=LearnedReward(depth=1, batch_size=32, standardise_inputs=True),
+        reward=LearnedReward(depth=1, batch_size=32),
         exploration=StateEntropy(seed_steps=1000, explore_steps=4000),
         feedback=Sessions(
             teacher=Oracle(), budget=400, queries_per_session=40, steps_between=4000, pool_episodes=20

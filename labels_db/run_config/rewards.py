@@ -31,10 +31,6 @@ class LearnedReward(Config):
     relabel: bool = Field(
         True, description="Give stored transitions the new reward after each fit; no is an ablation."
     )
-    standardise_inputs: bool = Field(
-        False,
-        description="Standardise observations and actions by the answered segments; no in the paper.",
-    )
     label_smoothing: float = Field(0.0, ge=0, lt=0.5, description="Share moved from each label to ½.")
 
 
