@@ -16,7 +16,7 @@ from labels_db.data_folder import DataFolder
 from labels_db.models import FeedbackSession, Query, Segment
 from labels_db.run_config import Clips, RunConfig
 from labels_db.runs import config_of, get_run
-from trainer.environments import make_environment
+from trainer.environments import Environment, make_environment
 from trainer.evaluation import EvaluatedEpisode, evaluate
 from trainer.experiments.panels import NothingToShowError
 from trainer.policy import load_policy
@@ -47,13 +47,24 @@ def strips(rows: list[Row], data: DataFolder, frames: int, path: Path) -> Path:
 
 def _strip(row: Row, data: DataFolder, frames: int) -> Picture:
     with data.open_database() as database:
+        with database.read() as session:
+            config = config_of(get_run(session, row.run_id))
+        environment = _environment(config)  # first: a policy cannot be taken without its environment's sizes
         policy = load_policy(database, data.open_store(), row.run_id)
-    config = policy.config
-    environment = make_environment(config.environment)
     lived = evaluate(policy, environment, seed=config.seed, episodes=5)
     best = max(lived, key=lambda episode: _came_to(episode, row.best_by))
     middle = _middle(best, round(SECONDS / environment.control_step))
     return _frames(_drawn(config, [middle])[0], frames)
+
+
+def _environment(config: RunConfig) -> Environment:
+    """Where a run lived; NothingToShowError where the catalogue has lost it, or its package is not there any more."""
+    if not config.environment.is_known:
+        raise NothingToShowError(*config.caveats)
+    try:
+        return make_environment(config.environment)
+    except (ValueError, ModuleNotFoundError) as error:
+        raise NothingToShowError(f"its environment cannot be made here any more: {error}") from error
 
 
 def _came_to(episode: EvaluatedEpisode, measure: str) -> float:
@@ -80,6 +91,7 @@ def _asked(
     store = data.open_store()
     with data.open_database() as database, database.read() as session:
         config = config_of(get_run(session, run_id))
+        _environment(config)  # the rendering process could only say that it cannot draw
         asked = session.execute(
             select(FeedbackSession.index, Query)
             .join(Query, Query.session_id == FeedbackSession.id)
