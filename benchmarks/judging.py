@@ -66,7 +66,7 @@ def lived(database: Database, store: ArtifactStore, run: Run) -> Lived:
 
 def learned_reward(database: Database, store: ArtifactStore, run: Run) -> ModelReward:
     """r̂ at the run's end."""
-    checkpoints = Checkpoints(database, store, Claim(run.id, 0), stride=1)
+    checkpoints = Checkpoints(database, store, Claim(run.id, 0), config_of(run))
     manifest = checkpoints.latest()
     assert manifest is not None, f"run {run.id} has no checkpoint"
     reward = make_reward_source(config_of(run), Randomness(0), torch.device("cpu"))

@@ -18,16 +18,15 @@ from labels_db.claims import Claim
 from labels_db.database import Database
 from labels_db.models import Checkpoint
 from labels_db.records import checkpoints_of, forget_checkpoints, record_checkpoint
+from labels_db.run_config import RunConfig
 from labels_db.storage import ArtifactError, ArtifactStore, sha256
 from trainer.buffer_chunks import BufferChunks
+from trainer.checkpoint_format import FORMAT, why_another_made_it
 from trainer.episodes import EpisodePool, FinishedEpisode
 from trainer.replay_buffer import ReplayBuffer
 from trainer.state_tree import Arrays, pack, unpack
 
 log = structlog.get_logger()
-
-FORMAT = 1
-"""Raised when what a checkpoint holds is no longer what an earlier one held."""
 
 KEPT = 2
 """Checkpoints that stay: the last, and the one before in case the last is damaged."""
@@ -44,12 +43,13 @@ class CheckpointError(Exception):
 class Checkpoints:
     """Writes and reads the checkpoints of one run."""
 
-    def __init__(self, database: Database, store: ArtifactStore, claim: Claim, stride: int) -> None:
+    def __init__(self, database: Database, store: ArtifactStore, claim: Claim, config: RunConfig) -> None:
         self.database = database
         self.store = store
         self.claim = claim
+        self.config = config
         self.folder = f"runs/{claim.run_id}/checkpoints"
-        self.chunks = BufferChunks(store, f"{self.folder}/chunks", stride)
+        self.chunks = BufferChunks(store, f"{self.folder}/chunks", stride=config.environments)
         self._episodes: dict[int, dict[str, str]] = {}
 
     # Writing -------------------------------------------------------------------------------------
@@ -117,7 +117,7 @@ class Checkpoints:
             manifest: dict[str, Any] = json.loads(
                 self.store.read(checkpoint.manifest_key, checkpoint.checksum)
             )
-            self._refuse_other(manifest["format"])
+            self._refuse_other(manifest)
             for needed in keys_of(manifest):
                 if not self.store.exists(needed):
                     raise ArtifactError(f"artifact {needed}: missing")
@@ -126,15 +126,10 @@ class Checkpoints:
             return None
         return manifest
 
-    def _refuse_other(self, made: int) -> None:
+    def _refuse_other(self, manifest: dict[str, Any]) -> None:
         """Not passed over as if it were damaged: an older checkpoint in its place would lose what has come since."""
-        if made != FORMAT:
-            whose = (
-                "a newer Pebble; update this installation" if made > FORMAT else "an older Pebble; begin anew"
-            )
-            raise CheckpointError(
-                f"run {self.claim.run_id}: checkpoint of format {made}, where {FORMAT} is known: made by {whose}"
-            )
+        if why := why_another_made_it(manifest, self.config):
+            raise CheckpointError(f"run {self.claim.run_id}: {why}")
 
     def state(self, manifest: dict[str, Any]) -> dict[str, Any]:
         """The state that was saved with that manifest."""

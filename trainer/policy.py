@@ -35,7 +35,7 @@ def load_policy(database: Database, store: ArtifactStore, run_id: str) -> Traine
     """The policy of the run's last checkpoint; CheckpointError when it has none yet."""
     with database.read() as session:
         config = config_of(get_run(session, run_id))
-    checkpoints = Checkpoints(database, store, Claim(run_id, 0), stride=1)
+    checkpoints = Checkpoints(database, store, Claim(run_id, 0), config)
     manifest = checkpoints.latest()
     if manifest is None:
         raise CheckpointError(f"run {run_id}: has no checkpoint yet; wait until its first feedback session")

@@ -57,7 +57,7 @@ def recorded_run(
     renderer = Renderer(config.environment, config.clips)
     if config.asks_people:
         renderer.warm()  # the first pair is to be on screen soon after its session opens
-    checkpoints = Checkpoints(database, store, claim, stride=config.environments)
+    checkpoints = Checkpoints(database, store, claim, config)
     upkeep = RecordedUpkeep(config, progress, checkpoints, make_environment(config.environment), renderer)
     journal = RecordJournal(database, store, claim)
     answered = AnsweredQueries(database, store, claim.run_id, device)

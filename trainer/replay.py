@@ -73,7 +73,7 @@ def replay(database: Database, store: ArtifactStore, run_id: str, advance: Calla
     """Train the run again up to its last checkpoint; `advance` hears of every step."""
     with database.read() as session:
         config = config_of(get_run(session, run_id))
-    checkpoints = Checkpoints(database, store, Claim(run_id, 0), stride=config.environments)
+    checkpoints = Checkpoints(database, store, Claim(run_id, 0), config)
     manifest = checkpoints.latest()
     if manifest is None:
         raise CheckpointError(f"run {run_id}: has no checkpoint yet, so there is nothing to compare with")

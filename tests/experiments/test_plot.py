@@ -127,3 +127,15 @@ def test_runs_in_an_environment_that_the_catalogue_has_lost_are_not_drawn(
     strips, asked = said.err.splitlines()
     assert strips.startswith(f"strips.png: skipped, {GONE} is not among the environments here any more")
     assert f"`pebble environments --add {GONE}` brings it back" in asked
+
+
+def test_a_policy_that_cannot_be_read_is_not_drawn(
+    data: DataFolder, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lived(data, "gym:Hopper-v5")
+    plotted_here(data, "gym:Hopper-v5")
+    said = capsys.readouterr()
+    assert said.out.split() == [str(data.path / "figures" / "ends.md")]
+    strips, asked = said.err.splitlines()
+    assert strips.startswith("strips.png: skipped, run two-gym-Hopper-v5-sac-1: has no checkpoint yet")
+    assert asked == "asked.png: skipped, no run here has anything to show yet"

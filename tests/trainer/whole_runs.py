@@ -16,7 +16,7 @@ from labels_db.claims import Claim, attempt_died
 from labels_db.models import Answer, Fit, Metric, Query, QueryScore, RunState, Segment
 from labels_db.records import evaluations_of
 from labels_db.run_config import RunConfig
-from labels_db.runs import resume_run, stop_run
+from labels_db.runs import config_of, get_run, resume_run, stop_run
 from tests.trainer.conftest import RUN, Lab, new_lab
 from trainer.attempt import Attempt
 from trainer.checkpoints import Checkpoints
@@ -26,7 +26,9 @@ from trainer.upkeep import RecordedUpkeep
 
 def weights(lab: Lab) -> str:
     """Digest of the networks and optimisers of the run's last checkpoint."""
-    checkpoints = Checkpoints(lab.database, lab.store, Claim(RUN, 0), 1)
+    with lab.database.read() as session:
+        config = config_of(get_run(session, RUN))
+    checkpoints = Checkpoints(lab.database, lab.store, Claim(RUN, 0), config)
     manifest = checkpoints.latest()
     assert manifest is not None
     return digest(checkpoints.state(manifest))

@@ -16,6 +16,7 @@ from labels_db.experiments import Experiment
 from labels_db.figures import Budgets, Curves, Differences, Ends, Figure, Queries, Strips
 from labels_db.models import RunState
 from labels_db.presets import preset_named
+from trainer.checkpoints import CheckpointError
 from trainer.experiments.curves import curves
 from trainer.experiments.drawing import COLOURS, Drawing
 from trainer.experiments.panels import NothingToShowError, panels, refuse_nothing, saved
@@ -34,7 +35,7 @@ def draw_all(
     for figure in figures:
         try:
             yield DRAWERS[type(figure)](figure, drawing), ""
-        except NothingToShowError as nothing:
+        except (NothingToShowError, CheckpointError) as nothing:
             yield drawing.path(figure), str(nothing)
 
 
