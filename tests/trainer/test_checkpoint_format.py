@@ -58,7 +58,7 @@ def alter(lab: Lab, change: Change) -> int:
         return last.step
 
 
-def resumed(lab: Lab) -> str:
+def error_of_resumed(lab: Lab) -> str:
     with lab.database.write() as session:
         resume_run(session, RUN)
     assert lab.live() is RunState.FAILED
@@ -78,7 +78,7 @@ def refused(load: Callable[[], object]) -> str:
 
 
 LOADERS: dict[str, Callable[[Lab], str]] = {
-    "resume": resumed,
+    "resume": error_of_resumed,
     "evaluate": lambda lab: commanded(lab, "evaluate", episodes=1),
     "export": lambda lab: commanded(lab, "export-policy", format="onnx"),
     "replay": lambda lab: refused(lambda: replay(lab.database, lab.store, RUN, lambda _steps: None)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from labels_db.models import RunState
 from labels_db.run_config import RunConfig
 from tests.trainer.conftest import RUN, Lab, small_config
 from tests.trainer.given import lived
+from tests.trainer.test_checkpoint_format import alter, drop, error_of_resumed
 from tests.trainer.whole_runs import live_until
 from trainer.agents.interface import BatchReward
 from trainer.agents.normaliser import Normaliser
@@ -203,6 +205,26 @@ def test_epochs_are_those_of_exploration_until_it_begins_anew(reward: BatchRewar
     assert (learner.state()["updates"], learner.epochs) == (2, 2)
     resumed.load(unpack(*pack(learner.state())))
     assert resumed.epochs == 2
+
+
+def test_a_state_taken_while_exploring_goes_on_with_its_epochs_or_not_at_all() -> None:
+    settings = {"exploration__kind": "state-entropy", "agent__epochs": 2, "agent__exploring_epochs": 5}
+    learner, resumed = agent(**settings), agent(**settings)
+    learner.epochs = 4  # whatever they are, they are the state's
+    state = learner.state()
+    resumed.load(state)
+    assert resumed.epochs == 4
+    del state["epochs"]
+    with pytest.raises(KeyError, match="epochs"):
+        resumed.load(state)
+
+
+def test_a_checkpoint_without_epochs_is_refused_by_name(lab: Lab) -> None:
+    settings = {"exploration__kind": "state-entropy", "exploration__explore_steps": 200}
+    lab.request(config(**settings))
+    assert live_until(lab, 100) is RunState.STOPPED
+    alter(lab, partial(drop, "agent/epochs"))
+    assert "lacks the part agent/epochs: made by another Pebble" in error_of_resumed(lab)
 
 
 def test_without_exploration_there_is_one_number_of_epochs() -> None:

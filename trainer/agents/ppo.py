@@ -168,8 +168,8 @@ class PPOAgent:
         if len(self.buffer) < self.rollout.filled * self.environments:
             self.rollout.filled = 0  # a finished run that was extended has dropped the transitions
         self._library._n_updates = state["updates"]
-        self.epochs = state.get("epochs", self.config.epochs)  # a checkpoint of old has none
-        self.steps, self._starts, self._following = state["steps"], state["starts"], state["following"]
+        self.steps, self.epochs = state["steps"], state["epochs"]
+        self._starts, self._following = state["starts"], state["following"]
 
 
 def _clipped(actions: torch.Tensor) -> Array:
