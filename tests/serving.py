@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
+import uvicorn
 
 from labels_db.data_folder import DataFolder
 from server import serve
@@ -19,9 +20,9 @@ def served(data: DataFolder) -> Iterator[str]:
     servers: list[serve._Announcing] = []
     began, make = threading.Event(), serve._Announcing.__init__
 
-    def remember(server: serve._Announcing, *args: object) -> None:
+    def remember(server: serve._Announcing, config: uvicorn.Config, ready: Callable[[], object]) -> None:
         servers.append(server)
-        make(server, *args)  # type: ignore[arg-type]
+        make(server, config, ready)
 
     def ready(url: str) -> None:
         urls.append(url)

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.main import get_command
+from typer.main import get_group
 
 from benchmarks.speed.__main__ import everything
 from benchmarks.speed.table import table
@@ -26,7 +26,7 @@ def test_the_configuration_reference_is_what_the_classes_say() -> None:
 
 
 def test_every_command_is_shown_somewhere() -> None:
-    commands = get_command(app).commands  # type: ignore[attr-defined]
+    commands = get_group(app).commands
     missing = [name for name in commands if f"pebble {name}" not in TEXT]
     assert missing == []
 
@@ -45,7 +45,7 @@ def test_links_to_files_lead_somewhere(page: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_commands_shown_with_options_take_them(page: Path) -> None:
-    commands = get_command(app).commands  # type: ignore[attr-defined]
+    commands = get_group(app).commands
     for line in re.findall(r"^\s*pebble (.+?)(?:\s+#.*)?$", page.read_text(encoding="utf-8"), re.MULTILINE):
         name, *words = line.split()
         known = {option for parameter in commands[name].params for option in parameter.opts}

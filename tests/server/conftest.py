@@ -25,12 +25,13 @@ class Site:
     """A served installation: anonymous and trusted clients on it, and its record."""
 
     data: DataFolder
+    app: FastAPI
     anonymous: TestClient
     client: TestClient
 
     @property
     def services(self) -> Services:
-        found: Services = self.client.app.state.services  # type: ignore[attr-defined]
+        found: Services = self.app.state.services
         return found
 
     @property
@@ -60,7 +61,7 @@ def site(installation: tuple[DataFolder, FastAPI]) -> Iterator[Site]:
     client = TestClient(
         app, base_url=BASE, headers=bearer, follow_redirects=False, raise_server_exceptions=False
     )
-    made = Site(data, anonymous, client)
+    made = Site(data, app, anonymous, client)
     yield made
     with made.database.write() as session:
         for table in reversed(Base.metadata.sorted_tables):
