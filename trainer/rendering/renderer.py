@@ -22,7 +22,11 @@ from trainer.rendering.sheet import EncodedClip
 
 MAX_RESTARTS = 3
 CLIP_SECONDS, VIDEO_SECONDS = 120, 600
-"""Longer than any takes to draw: an OpenGL driver that hangs must not hang who waits."""
+"""Longer than any takes to draw: an OpenGL driver that hangs must not hang who waits.
+
+Not less for a clip: the largest of Meta-world take 5 s beside two trainings, the first one 7 s, and a machine may be
+ten times slower. Whoever gives up too soon takes the rest of a session from the people who would answer it.
+"""
 
 T = TypeVar("T")
 
