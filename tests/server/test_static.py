@@ -30,6 +30,13 @@ def test_no_inline_script_or_style(path: Path) -> None:
     assert re.findall(r"<style|\sstyle=|\son[a-z]+=|hx-on|javascript:|\|\s*safe\b", text) == []
 
 
+def test_pages_link_every_style_sheet_and_nothing_else() -> None:
+    pages = "".join(path.read_text(encoding="utf-8") for path in OURS if path.suffix == ".html")
+    linked = set(re.findall(r"static\('([\w/.-]+\.css)'\)", pages))
+    ours = {str(path.relative_to(WEB / "static")) for path in OURS if path.suffix == ".css"}
+    assert ours == {path for path in linked if not path.startswith("vendor/")}
+
+
 def test_what_is_vendored_has_its_licence() -> None:
     for folder in (WEB / "static" / "vendor").iterdir():
         assert (folder / "LICENSE").is_file(), folder
