@@ -1,10 +1,12 @@
-// Buttons that copy the text of a field.
-const SAID_FOR = 2000;
-const KEYS = /Mac|iPhone|iPad/.test(navigator.platform) ? "\u2318C" : "Ctrl+C";
+// Buttons that copy the text of a field, and leave it selected where the browser does not let them.
+const SAID_FOR = 3000;
 
-/** Browsers hide their clipboard from addresses that are neither https nor this machine, but know the older command. */
+/** Browsers keep their clipboard from pages of other machines without TLS, but may still know the older command. */
 const copied = async (text) => {
-  const wrote = await navigator.clipboard?.writeText(text).then(() => true, () => false);
+  const wrote = await navigator.clipboard?.writeText(text).then(
+    () => true,
+    () => false,
+  );
   return wrote || document.execCommand("copy");
 };
 
@@ -12,7 +14,10 @@ document.addEventListener("click", async (event) => {
   const button = event.target.closest("[data-copy]");
   if (!button) return;
   const field = document.querySelector(button.dataset.copy);
+  field.focus();
   field.select();
-  button.textContent = (await copied(field.value)) ? "Copied" : `Selected: press ${KEYS}`;
+  const done = await copied(field.value);
+  if (done) button.focus();
+  button.textContent = done ? "Copied" : "Copy it by hand";
   setTimeout(() => (button.textContent = "Copy"), SAID_FOR);
 });
