@@ -26,13 +26,6 @@ def test_the_quadruped_starts_on_its_feet(seed: int) -> None:
     assert info["measures"]["standing"] == 1.0
 
 
-def test_a_wave_s_episode_lasts_half_as_long_as_the_task_s_own() -> None:
-    environment = started(Behaviour(behaviour="quadruped-wave-left-front", action_repeat=10))
-    ends = [environment.step(np.zeros(12, np.float32))[3] for _ in range(50)]
-    assert ends == [False] * 49 + [True]
-    assert environment.episode_steps * environment.control_step == 10.0
-
-
 def test_the_quadruped_is_half_turned_to_the_viewer() -> None:
     """Its eyes are seen, so that its left can be told from its right."""
     headings = set()
