@@ -76,10 +76,8 @@ def _task(config: DMControl) -> Environment:
 def _behaviour(config: Behaviour) -> Environment:
     with without_gl():
         from trainer.environments.suite import SuiteEnvironment
-    wished = behaviour_named(config.behaviour)
-    return SuiteEnvironment(
-        wished.task, config.action_repeat, wished.make_wish(), wished.start, wished.seconds
-    )
+    behaviour = behaviour_named(config.behaviour)
+    return SuiteEnvironment(behaviour.task, config.action_repeat, behaviour.make_wish(), behaviour.start)
 
 
 def behaviour_named(name: str) -> BehaviourSpec:

@@ -26,25 +26,17 @@ from trainer.environments.suite_task import (
 
 
 class SuiteEnvironment(SimulatedEnvironment):
-    """A task named as in `ball_in_cup-catch`; `wish` replaces its reward, `start` changes where it starts.
-
-    An episode lasts `seconds`, or as long as the task's own.
-    """
+    """A task named as in `ball_in_cup-catch`; `wish` replaces its reward, `start` changes where it starts."""
 
     def __init__(
-        self,
-        name: str,
-        action_repeat: int,
-        wish: Wish | None = None,
-        start: Start = as_the_task_starts,
-        seconds: float | None = None,
+        self, name: str, action_repeat: int, wish: Wish | None = None, start: Start = as_the_task_starts
     ) -> None:
         built = build(name)
         self._task, self._physics = built.task, headless(built.physics)
         self._wish, self._arrange = wish or TaskReward(self._task, gauge_of(name)), start
         self._name = name
         self.control_step = float(built.control_timestep())
-        self.episode_steps = round(seconds / self.control_step) if seconds else steps_of_episode(built)
+        self.episode_steps = steps_of_episode(built)
         self._substeps = round(self.control_step / self._physics.timestep())
         self._centre, self._reach = action_range(built.action_spec())
         self._make_ready(self._centre.size, action_repeat)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from trainer.environments.behaviours.shapes import clearances, ramp
 from trainer.environments.behaviours.strokes import Strokes
 from trainer.environments.behaviours.wish import Measures, Memory
@@ -15,11 +17,11 @@ LEGS = ("front_left", "front_right", "back_left", "back_right")  # as the robot 
 class Wave:
     """The robot stands on its other three feet and waves the foot of `leg` up and down in the air.
 
-    The reward of a control step is upright × (`still` + (1 - `still`) × level × height × planted × raised × moving):
-    upright, how far the torso is; level, the same from a tilt of 60° on; height, its own up to 0.4 m; planted, how near
-    the highest of the other three toes is to the floor; raised, the clearance of the waving toe, up to 0.1 m; moving,
-    how far it has come up or down beside the torso in `LAG` control steps, 0.2 s, up to `far`, of which `held` is given
-    for a foot held still. Its speed would not do: a tremble of two centimetres is as fast as a wave.
+    The reward of a control step is upright × (`still` + (1 - `still`) × height × planted × raised × moving):
+    upright, how far the torso is; height, its own up to 0.4 m; planted, the share of the other three toes on the
+    floor; raised, the clearance of the waving toe, up to 0.1 m; moving, how far it has come up or down beside the torso
+    in `LAG` control steps, 0.2 s, up to `far`, of which `held` is given for a foot held still. Its speed would not do:
+    a tremble of two centimetres is as fast as a wave.
     `waves` counts strokes up and down of at least 0.1 m while the robot stands on the other three feet; `standing` is
     the share of the episode that it stands upright.
     """
@@ -41,10 +43,9 @@ class Wave:
         raised, *others = clearances(physics, [self._toe, *self._others])
         lifted, held_down = raised > 0, max(others) < 0.05
         self._watch(physics, upright > 0.9 and height > 0.3, bool(lifted and held_down))
-        planted = 1 - ramp(float(max(others)), 0.02, 0.1)
+        planted = float(np.mean([1 - ramp(other, 0.02, 0.1) for other in others]))
         moving = self.held + (1 - self.held) * ramp(abs(self._heights[-1] - self._heights[0]), 0.0, self.far)
-        level = ramp(upright, 0.5, 0.95)
-        waving = level * ramp(height, 0.1, 0.4) * planted * ramp(float(raised), 0.0, 0.1) * moving
+        waving = ramp(height, 0.1, 0.4) * planted * ramp(float(raised), 0.0, 0.1) * moving
         return ramp(upright, -1.0, 0.95) * (self.still + (1 - self.still) * waving)
 
     def measures(self, physics: Any) -> Measures:

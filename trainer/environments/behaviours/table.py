@@ -24,12 +24,7 @@ class BehaviourSpec:
     task: str
     make_wish: Callable[[], Wish]
     start: Start = as_the_task_starts
-    seconds: float | None = None
-    """How long an episode lasts; as the task's own where left out."""
 
-
-WAVING = 10.0
-"""Who has fallen lies to the end and learns little there: half of the task's own time has twice as many beginnings."""
 
 BEHAVIOURS = MappingProxyType(
     {
@@ -58,7 +53,6 @@ BEHAVIOURS = MappingProxyType(
             task="quadruped-walk",
             make_wish=partial(Wave, leg="front_left"),
             start=on_four_feet,
-            seconds=WAVING,
         ),
         "quadruped-wave-right-front": BehaviourSpec(
             title="Quadruped · wave the right front leg",
@@ -66,7 +60,6 @@ BEHAVIOURS = MappingProxyType(
             task="quadruped-walk",
             make_wish=partial(Wave, leg="front_right"),
             start=on_four_feet,
-            seconds=WAVING,
         ),
         "walker-walk-both-legs": BehaviourSpec(
             title="Walker · walk with both legs",
