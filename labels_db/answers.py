@@ -116,7 +116,9 @@ def retract_answer(
     """
     target = session.scalar(select(Answer).where(Answer.answer_id == target_id))
     if target is None or target.labeller_id != labeller_id or target.lease is None:
-        raise NotFoundError(f"answer {target_id}: not one of yours, so it cannot be taken back")
+        raise NotFoundError(
+            f"answer {target_id}: not one of yours, so it cannot be taken back", field="answer_id"
+        )
     retraction = session.scalar(select(Answer).where(Answer.retracts == target.id))
     if retraction is None:
         _expect_unused(session, answer_id)

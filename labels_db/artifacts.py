@@ -16,7 +16,9 @@ def clip_of(session: Session, segment_id: int) -> Clip:
     """The segment's rendered clip."""
     clip = session.get(Clip, segment_id)
     if clip is None:
-        raise NotFoundError(f"clip {segment_id}: there is none; its segment was never rendered")
+        raise NotFoundError(
+            f"clip {segment_id}: there is none; its segment was never rendered", field="segment_id"
+        )
     return clip
 
 
@@ -27,7 +29,7 @@ def video_of(session: Session, run_id: str, step: int) -> str:
     )
     key = session.scalar(wanted)
     if key is None:
-        raise NotFoundError(f"video of run {run_id!r} at step {step}: there is none")
+        raise NotFoundError(f"video of run {run_id!r} at step {step}: there is none", field="step")
     return key
 
 
@@ -50,6 +52,7 @@ def export_of(session: Session, run_id: str, command_id: int) -> Export:
     result = None if command is None or command.run_id != run_id else command.result
     if result is None or "artifact" not in result:
         raise NotFoundError(
-            f"export {command_id} of run {run_id!r}: there is none; the run's page lists them"
+            f"export {command_id} of run {run_id!r}: there is none; the run's page lists them",
+            field="command_id",
         )
     return Export(result["artifact"], result["sha256"])

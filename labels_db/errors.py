@@ -6,7 +6,11 @@ class RecordError(Exception):
 
 
 class NotFoundError(RecordError):
-    """No such row."""
+    """No such row; `field` says by which of the things named it was looked for, such as `lease_id`."""
+
+    def __init__(self, reason: str, *, field: str) -> None:
+        super().__init__(reason)
+        self.field = field
 
 
 class ChoiceError(RecordError):

@@ -174,7 +174,8 @@ def experiment_overview(session: Session, name: str) -> ExperimentOverview:
     runs = experiment_overviews(session, name)
     if not runs:
         raise NotFoundError(
-            f"experiment {name!r}: has no runs in this database; the dashboard lists those that have"
+            f"experiment {name!r}: has no runs in this database; the dashboard lists those that have",
+            field="name",
         )
     summary = ExperimentSummary(
         name=name,

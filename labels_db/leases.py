@@ -90,7 +90,7 @@ def own_lease(session: Session, lease_id: int, labeller_id: int) -> Lease:
     """The labeller's lease of that number; NotFoundError for anybody else's."""
     lease = session.get(Lease, lease_id)
     if lease is None or lease.labeller_id != labeller_id:
-        raise NotFoundError(f"lease {lease_id}: not yours; ask for a new one")
+        raise NotFoundError(f"lease {lease_id}: not yours; ask for a new one", field="lease_id")
     return lease
 
 

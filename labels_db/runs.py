@@ -18,7 +18,9 @@ def get_run(session: Session, run_id: str) -> Run:
     """The run of that id; NotFoundError when there is none."""
     run = session.get(Run, run_id)
     if run is None:
-        raise NotFoundError(f"run {run_id!r}: not in this database; `pebble runs` lists the ones that are")
+        raise NotFoundError(
+            f"run {run_id!r}: not in this database; `pebble runs` lists the ones that are", field="run_id"
+        )
     return run
 
 

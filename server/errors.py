@@ -40,8 +40,9 @@ def complain(
     if status == 401:
         return sign_in_page(request, reason, _here(request), headers=headers)
     title = TITLES.get(status) or HTTPStatus(status).phrase
+    blamed = "" if status == 404 else field  # what is not there is named by the reason itself
     return render(
-        request, "error.html", status=status, headers=headers, title=title, field=field, reason=reason
+        request, "error.html", status=status, headers=headers, title=title, field=blamed, reason=reason
     )
 
 
@@ -60,7 +61,7 @@ def _here(request: Request) -> str:
 
 def install(app: FastAPI) -> None:
     """Give every error that a handler may raise its answer."""
-    app.exception_handler(NotFoundError)(_of(404))
+    app.exception_handler(NotFoundError)(_not_found)
     app.exception_handler(ArtifactError)(_of(404))
     app.exception_handler(ConflictError)(_of(409))
     app.exception_handler(ChoiceError)(_of(422))
@@ -75,6 +76,11 @@ def _of(status: int) -> Callable[[Request, Exception], Response]:
         return complain(request, status, str(error))
 
     return handler
+
+
+def _not_found(request: Request, error: Exception) -> Response:
+    assert isinstance(error, NotFoundError)
+    return complain(request, 404, str(error), field=error.field)
 
 
 def _setting(request: Request, error: Exception) -> Response:

@@ -137,14 +137,15 @@ def record_retraction(
     expect_open(get_run(session, run_id))
     retraction, reopened = retract_answer(session, target_id, labeller_id, answer_id=retraction_id, now=now)
     if retraction.run_id != run_id:
-        raise NotFoundError(f"answer {target_id}: not of run {run_id}, so it cannot be taken back there")
+        reason = f"answer {target_id}: not of run {run_id}, so it cannot be taken back there"
+        raise NotFoundError(reason, field="answer_id")
     return retraction, reopened
 
 
 def lease_of_run(session: Session, run_id: str, lease_id: int, labeller_id: int) -> Lease:
     found = own_lease(session, lease_id, labeller_id)
     if found.query.run_id != run_id:
-        raise NotFoundError(f"lease {lease_id}: not of run {run_id}; ask for a new one")
+        raise NotFoundError(f"lease {lease_id}: not of run {run_id}; ask for a new one", field="lease_id")
     return found
 
 

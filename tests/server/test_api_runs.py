@@ -144,7 +144,7 @@ def test_steering_an_unknown_run_is_not_found(site: Site, action: str) -> None:
     field, reason = complaint(
         site, 404, f"/api/runs/nobody/{action}", {"text": "x"} if action == "goal" else {}
     )
-    assert field == ""
+    assert field == "run_id"
     assert "'nobody'" in reason
 
 

@@ -179,7 +179,23 @@ def test_a_lease_of_another_run_is_refused(run: LabelRun, ann: TestClient) -> No
     body = {"answer_id": new_id(), "lease_id": lent["lease_id"], "pressed": "left"}
     refused = ann.post("/api/runs/other/answers", json=body)
     assert refused.status_code == 404
+    assert reason(refused)["field"] == "lease_id"
     assert "not of run other" in reason(refused)["reason"]
+
+
+def test_a_missing_run_is_told_apart_from_a_missing_lease_or_answer(run: LabelRun, ann: TestClient) -> None:
+    """A page keeps an answer whose run is not here, and gives one up whose lease is not."""
+    wish = {"retraction_id": new_id()}
+    given = {"answer_id": new_id(), "lease_id": 12345, "pressed": "left"}
+    for path, body, field in (
+        ("nosuch/answers", given, "run_id"),
+        (f"nosuch/answers/{new_id()}/retract", wish, "run_id"),
+        (f"{run.run_id}/answers", given, "lease_id"),
+        (f"{run.run_id}/answers/{new_id()}/retract", wish, "answer_id"),
+    ):
+        refused = ann.post(f"/api/runs/{path}", json=body)
+        assert refused.status_code == 404
+        assert reason(refused)["field"] == field
 
 
 def test_releasing_lets_others_have_the_pair(run: LabelRun, ann: TestClient, bob: TestClient) -> None:

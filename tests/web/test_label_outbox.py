@@ -163,6 +163,8 @@ NOT_PEBBLES_WORD = [
     (404, "<h1>Not Found</h1>"),
     (404, '{"detail": "Not Found"}'),
     (404, "null"),
+    (404, '{"detail": [{"field": "", "reason": "There is no such page."}]}'),
+    (404, '{"detail": [{"field": "run_id", "reason": "run mill: not here"}]}'),
     (405, '{"detail": [{"field": "", "reason": "Method Not Allowed"}]}'),
     (409, "Conflict"),
     (413, '{"detail": [{"field": "", "reason": "A body of 70000 bytes"}]}'),
@@ -199,7 +201,7 @@ def test_answers_to_a_run_that_is_not_here_are_kept(hand: Hand, run: LabelRun, p
     run.post(4)
     run.lend_to("Ann", count=4, swapped=False)
     hand.open()
-    unknown = '{"detail": [{"field": "", "reason": "run mill: not here"}]}'
+    unknown = '{"detail": [{"field": "run_id", "reason": "run mill: not here"}]}'
     page.route("**/api/runs/mill/**", lambda route: route.fulfill(status=404, body=unknown))
     hand.answer("ArrowLeft").press("ArrowUp")
     _fail_again(page)

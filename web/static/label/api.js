@@ -5,12 +5,20 @@ const PATIENCE_MS = 10_000;
 /** What Pebble says no with to what it understood: no such lease, answered already, does not fit. */
 const REFUSING = new Set([404, 409, 422]);
 
+/** What is not there for good when an answer or a retraction names it. */
+const ITS_OWN = new Set(["lease_id", "answer_id"]);
+
 /** Pebble understood and said no: trying again changes nothing. */
 export class Refusal extends Error {
-  /** @param {number} status @param {string} reason */
-  constructor(status, reason) {
+  /** @param {string} reason @param {{status?: number, field?: string}} [blame] */
+  constructor(reason, { status, field } = {}) {
     super(reason);
-    this.status = status;
+    Object.assign(this, { status, field });
+  }
+
+  /** Whether the run itself is not here. */
+  get ofRun() {
+    return this.status === 404 && !ITS_OWN.has(this.field);
   }
 }
 
@@ -48,9 +56,8 @@ export class Api {
 
   /** A server on another data folder knows no such run, and so nothing of it: that is not said of this answer. */
   async #record(path, body) {
-    const reply = await this.#call("POST", path, body).catch(async (error) => {
-      if (error.status === 404) await this.queue().catch(() => Promise.reject(new Unreachable(error.message)));
-      throw error;
+    const reply = await this.#call("POST", path, body).catch((error) => {
+      throw error.ofRun ? new Unreachable(error.message) : error;
     });
     if (!reply.queue) throw new Unreachable("a reply that is not Pebble's");
     return reply;
@@ -75,13 +82,13 @@ export class Api {
     });
     if (reply.ok) return reply;
     if (reply.status === 401) throw new SignedOut("signed out");
-    const reason = REFUSING.has(reply.status) ? await reasonOf(reply) : undefined;
-    throw reason ? new Refusal(reply.status, reason) : new Unreachable(`${reply.status}`);
+    const said = REFUSING.has(reply.status) ? await complaintOf(reply) : undefined;
+    throw said?.reason ? new Refusal(said.reason, { ...said, status: reply.status }) : new Unreachable(`${reply.status}`);
   }
 }
 
 /** In Pebble's own words; a proxy's page has none. */
-async function reasonOf(reply) {
+async function complaintOf(reply) {
   const said = await reply.json().catch(() => null);
-  return said?.detail?.[0]?.reason;
+  return said?.detail?.[0];
 }

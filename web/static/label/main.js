@@ -50,7 +50,7 @@ function send(item) {
   if (item.kind === "retract") return api.retract(item.answer_id, { retraction_id: item.id, count });
   const { id, lease_id, pressed, shown_at, goal } = item;
   // A lease that a refused retraction never brought: nothing stands behind this answer any more.
-  if (lease_id === null) return Promise.reject(new Refusal(409, "its pair was not lent again"));
+  if (lease_id === null) return Promise.reject(new Refusal("its pair was not lent again"));
   return api.answer({ answer_id: id, lease_id, pressed, shown_at, goal_card_version: goal, count });
 }
 
@@ -65,8 +65,7 @@ function sendWhatAnotherTabLeft() {
 /** They were given under the present name. A run that is not here, perhaps of another data folder, holds nobody up. */
 async function expectNothingUnsent(other) {
   const error = await new Api(other).queue().then(() => null, (error) => error);
-  const isHere = !(error instanceof Refusal && error.status === 404);
-  if (isHere) throw new Error(`Answers in ${other} are not sent yet: open its labelling page first.`);
+  if (!error?.ofRun) throw new Error(`Answers in ${other} are not sent yet: open its labelling page first.`);
 }
 
 function leasesOf(items) {

@@ -48,7 +48,7 @@ export class Pair {
   #unreadable() {
     this.#undecoded += 1;
     const reason = "its clip cannot be read";
-    return this.#undecoded < TRIES ? new Unreachable(reason) : new Refusal(422, reason);
+    return this.#undecoded < TRIES ? new Unreachable(reason) : new Refusal(reason);
   }
 
   /** Free the decoded sheets; they can be loaded again. */
@@ -68,7 +68,7 @@ async function fetched(url) {
   const reply = await fetch(url, { signal: AbortSignal.timeout(PATIENCE_MS) }).catch((error) => {
     throw new Unreachable(error.message);
   });
-  if (reply.status === 404) throw new Refusal(404, "its clip is gone");
+  if (reply.status === 404) throw new Refusal("its clip is gone");
   if (!reply.ok) throw new Unreachable(`${url}: ${reply.status}`);
   return reply.blob().catch((error) => {
     throw new Unreachable(error.message);
