@@ -28,6 +28,7 @@ from trainer.segments import PairSampler
 from trainer.session_record import SessionRecord
 from trainer.shelf import Shelf
 from trainer.teachers import ScriptedTeacher
+from trainer.threads import rest_between_clips
 from trainer.training import Training
 from trainer.upkeep import RecordedUpkeep
 
@@ -54,7 +55,7 @@ def recorded_run(
     """The claimed run, gone on from its last checkpoint if it has one."""
     progress = Progress(database, claim, EventFiles(data.events_path(claim.run_id)))
     device = choose_device(config)
-    renderer = Renderer(config.environment, config.clips)
+    renderer = Renderer(config.environment, config.clips, rest=rest_between_clips(config))
     if config.asks_people:
         renderer.warm()  # the first pair is to be on screen soon after its session opens
     checkpoints = Checkpoints(database, store, claim, config)

@@ -11,6 +11,9 @@ from trainer.cores import available_cores
 WIDE = 1024 * 512
 """Numbers in one layer of an update's batch from which a second thread gains though it sleeps between products."""
 
+REST = 1.5
+"""On two cores a training keeps four fifths of its rate then, and pairs still come faster than anybody answers them."""
+
 
 def threads_of(config: RunConfig) -> int:
     """As configured; else one for each core where the agent's layers are wide, and one where they are not."""
@@ -18,6 +21,15 @@ def threads_of(config: RunConfig) -> int:
         return config.threads
     wide = config.agent.width * config.agent.batch_size >= WIDE
     return available_cores() if wide else 1
+
+
+def rest_between_clips(config: RunConfig) -> float:
+    """For how many seconds a run's drawing rests after each second of work.
+
+    Drawing and threads on every core would take turns, and half of the training be lost while it lasts. One thread
+    leaves a core to draw on; who says how many threads a run has is to be kept waiting for nothing.
+    """
+    return REST if config.threads is None and threads_of(config) > 1 else 0.0
 
 
 def wait_asleep(config: RunConfig, environment: MutableMapping[str, str] = os.environ) -> None:

@@ -13,7 +13,8 @@ from functools import partial
 from typing import Any
 
 from benchmarks.speed.contest import Contestant, loaded, ours
-from trainer.arithmetic import set_up_arithmetic
+from labels_db.presets import preset_named
+from trainer.threads import rest_between_clips, threads_of, wait_asleep
 
 ROUNDS = 3
 PAIRS = 140
@@ -21,18 +22,19 @@ PAIRS = 140
 
 def shared_cores() -> dict[str, Callable[[], dict[str, Any]]]:
     """Rows of the table by name, to be measured; `best_peer` is what there is without sharing."""
-    drawing = f"training walker-walk, laptop profile, while {PAIRS} pairs are drawn"
-    seeds = {
-        f"two seeds of walker-walk, {profile} profile, at once, one thread each": profile
+    rows = {
+        f"training walker-walk, {{}} profile, while {PAIRS} pairs are drawn": _while_drawing,
+        "two seeds of walker-walk, {} profile, at once, one thread each": _at_once,
+    }
+    return {
+        (name := words.format(profile)): partial(measure, name, profile)
+        for words, measure in rows.items()
         for profile in ("laptop", "paper")
     }
-    return {drawing: partial(_while_drawing, drawing)} | {
-        name: partial(_at_once, name, profile) for name, profile in seeds.items()
-    }
 
 
-def _while_drawing(name: str) -> dict[str, Any]:
-    measured = _alone_and_while_drawing()
+def _while_drawing(name: str, profile: str) -> dict[str, Any]:
+    measured = _alone_and_while_drawing(profile)
     return _row(name, measured, peer="nothing drawn", reach="≥ 0.75 × its rate alone")
 
 
@@ -60,27 +62,30 @@ def _row(name: str, measured: list[tuple[float, float]], *, peer: str, reach: st
 # Drawing -----------------------------------------------------------------------------------------
 
 
-def _alone_and_while_drawing() -> list[tuple[float, float]]:
+def _alone_and_while_drawing(profile: str) -> list[tuple[float, float]]:
     """In a process of its own, since a training has threads and settings of its own."""
-    command = [sys.executable, "-m", "benchmarks.speed.sharing"]
+    command = [sys.executable, "-m", "benchmarks.speed.sharing", profile]
     lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
     return [(float(drawing), float(alone)) for alone, drawing in map(str.split, lines)]
 
 
-def _train_and_draw() -> None:
-    """Print steps a second alone, and while a round's share of the clips is drawn, in turns."""
+def _train_and_draw(profile: str) -> None:
+    """Print steps a second alone, and while a round's share of the clips is drawn, in turns; threads as a run's own."""
+    chosen = preset_named("walker-walk").config(profile)
+    wait_asleep(chosen)
     from benchmarks.speed.loop import Stepper
+    from trainer.arithmetic import set_up_arithmetic
     from trainer.episodes import EpisodePool
     from trainer.rendering import Renderer
     from trainer.segments import one_by_one
 
-    set_up_arithmetic(1)
-    stepper = Stepper("walker-walk", exploring=False)
+    set_up_arithmetic(threads_of(chosen))
+    stepper = Stepper("walker-walk", exploring=False, profile=profile)
     config, pool = stepper.training.config, stepper.training.collector.pool
     assert isinstance(pool, EpisodePool)
     states = one_by_one(pool.episodes[0].states)
     length = round(1 / stepper.training.collector.environments[0].control_step)
-    with Renderer(config.environment, config.clips) as renderer:
+    with Renderer(config.environment, config.clips, rest=rest_between_clips(chosen)) as renderer:
         renderer.clip(0, states[:length], 1 / length).result()
         for _ in range(ROUNDS):
             alone = _rate(stepper, partial(_later, time.perf_counter() + 5))
@@ -126,4 +131,4 @@ def _seconds(units: int, contestant: Contestant) -> float:
 
 
 if __name__ == "__main__":
-    _train_and_draw()
+    _train_and_draw(sys.argv[1])

@@ -256,6 +256,23 @@ def test_warming_starts_the_process_at_once_and_only_once(states: PhysicsState) 
         assert process_of(warm) == process
 
 
+def processor_seconds(process: int) -> float:
+    """What the process has computed so far, by the kernel's account."""
+    user, system = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[11:13]
+    return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+
+
+def test_for_every_second_of_drawing_it_rests_as_long_as_it_is_told(states: PhysicsState) -> None:
+    with Renderer(CART_POLE, Clips(), rest=3.0) as resting:
+        resting.clip(SEED, states, 0.01).result(WAIT)
+        process = warmed(resting)
+        began, computed = time.monotonic(), processor_seconds(process)
+        for clip in [resting.clip(SEED, states, 0.01) for _ in range(10)]:
+            clip.result(WAIT)
+        share = (processor_seconds(process) - computed) / (time.monotonic() - began)
+    assert 0 < share < 1 / 2, "a quarter of the time, less what it waited for others"
+
+
 def test_osmesa_draws_where_egl_cannot(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(NO_VENDORS, os.devnull)
     assert check_rendering() == "osmesa"

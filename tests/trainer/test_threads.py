@@ -16,7 +16,7 @@ from labels_db.run_config import RunConfig
 from tests.trainer.conftest import Lab, small_config
 from trainer import threads
 from trainer.assembly import Foundation
-from trainer.threads import threads_of, wait_asleep
+from trainer.threads import rest_between_clips, threads_of, wait_asleep
 
 CORES = 6
 
@@ -41,6 +41,12 @@ def test_wide_layers_take_every_core() -> None:
 def test_a_chosen_number_is_kept() -> None:
     assert threads_of(paper(threads=3)) == 3
     assert threads_of(small_config(threads=2)) == 2
+
+
+def test_drawing_rests_where_nobody_chose_that_every_core_is_taken() -> None:
+    assert rest_between_clips(paper()) > 1
+    assert rest_between_clips(paper(agent__width=256)) == 0
+    assert rest_between_clips(paper(threads=CORES)) == 0
 
 
 def test_a_laptop_s_runs_have_one_thread_and_so_repeat_exactly() -> None:

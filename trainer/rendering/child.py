@@ -41,10 +41,15 @@ AnyPainter: TypeAlias = "Painter | PicturePainter"
 
 
 class Workshop:
-    """Carries out requests, each a generator that gives way after a frame or at its end."""
+    """Carries out requests, each a generator that gives way after a frame or at its end.
 
-    def __init__(self, painter: AnyPainter, clips: Clips, answer: Callable[[Header, bytes], None]) -> None:
-        self._painter, self._clips, self._answer = painter, clips, answer
+    For every second of work it rests `rest` seconds.
+    """
+
+    def __init__(
+        self, painter: AnyPainter, clips: Clips, answer: Callable[[Header, bytes], None], rest: float
+    ) -> None:
+        self._painter, self._clips, self._answer, self._rest = painter, clips, answer, rest
         self._waiting: queue.PriorityQueue[tuple[int, int, Header, Work]] = queue.PriorityQueue()
         self._arrivals = itertools.count()
 
@@ -61,6 +66,7 @@ class Workshop:
     def work(self) -> bool:
         """Do one stretch of the most urgent request; false once it is time to leave."""
         rank, arrival, header, work = self._waiting.get()
+        began = time.monotonic()
         try:
             next(work)
             self._waiting.put((rank, arrival, header, work))
@@ -68,6 +74,7 @@ class Workshop:
             pass
         except Exception as error:  # the request's own fault: only its future fails
             self._answer({"id": header["id"], "failed": f"{type(error).__name__}: {error}"}, b"")
+        time.sleep(self._rest * (time.monotonic() - began))
         return rank != LEAVING
 
     def clip(self, header: Header, states: PhysicsState) -> Work:
@@ -117,7 +124,7 @@ def main() -> None:
         send(replies, {"failed": f"{type(error).__name__}: {error}"})
         return
     send(replies, {"ready": True})
-    workshop = Workshop(painter, clips, lambda header, body: send(replies, header, body))
+    workshop = Workshop(painter, clips, lambda header, body: send(replies, header, body), settings["rest"])
     threading.Thread(target=read_requests, args=(requests, workshop), daemon=True).start()
     while workshop.work():
         pass

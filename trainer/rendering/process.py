@@ -29,7 +29,7 @@ LOG_TAIL = 500
 class ChildProcess:
     """One rendering process, with one backend."""
 
-    def __init__(self, backend: str, environment: EnvironmentConfig, clips: Clips) -> None:
+    def __init__(self, backend: str, environment: EnvironmentConfig, clips: Clips, rest: float) -> None:
         self.backend = backend
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - as long as the process
         self._process = subprocess.Popen(
@@ -42,7 +42,7 @@ class ChildProcess:
         )
         catalogues = [str(path) for path in included()]
         settings = {"environment": environment.model_dump(), "clips": clips.model_dump()}
-        self.send({**settings, "catalogues": catalogues})
+        self.send({**settings, "catalogues": catalogues, "rest": rest})
 
     def send(self, header: Header, body: bytes = b"") -> None:
         """Hand over a message; one that a dead process cannot take is sent again to its successor."""
@@ -96,6 +96,7 @@ def start_child(
     clips: Clips,
     backends: tuple[str, ...] = BACKENDS,
     begun: Callable[[ChildProcess], None] = lambda _child: None,
+    rest: float = 0.0,
 ) -> ChildProcess:
     """A process that has drawn a first frame, with the first backend that can; each is `begun` before it has.
 
@@ -103,7 +104,7 @@ def start_child(
     """
     reasons: dict[str, str] = {}
     for backend in backends:
-        child = ChildProcess(backend, environment, clips)
+        child = ChildProcess(backend, environment, clips, rest)
         begun(child)
         message = child.first()
         if message is not None and "ready" in message[0]:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType, TracebackType
 from typing import Any, TypeVar
 
@@ -69,13 +70,18 @@ class Renderer:
     """Draws one environment's episodes in the background; any thread may ask.
 
     The process starts with the first request, or with `warm`. A process that dies is started again at most three
-    times and asked again for all that is missing; then every future fails with `RenderingLost`.
+    times and asked again for all that is missing; then every future fails with `RenderingLost`. For every second
+    of drawing it rests `rest` seconds, which leaves its core to others.
     """
 
     def __init__(
-        self, environment: EnvironmentConfig, clips: Clips, backends: tuple[str, ...] = BACKENDS
+        self,
+        environment: EnvironmentConfig,
+        clips: Clips,
+        backends: tuple[str, ...] = BACKENDS,
+        rest: float = 0.0,
     ) -> None:
-        self._environment, self._clips, self._backends = environment, clips, backends
+        self._start = partial(start_child, environment, clips, backends, self._begun, rest)
         self._lock = threading.Lock()
         self._numbers = itertools.count()
         self._pending: dict[int, Request] = {}
@@ -166,7 +172,7 @@ class Renderer:
 
     def _live_once(self) -> str:
         """One process from start to end; how it ended."""
-        child = start_child(self._environment, self._clips, self._backends, self._begun)
+        child = self._start()
         with self._lock:
             self._starting, self._heard = None, time.monotonic()
             self._child = None if self._over is not None else child
