@@ -9,6 +9,8 @@ from playwright.sync_api import Page, expect
 from tests.labelling_rig import LabelRun
 from tests.web.waiting import until
 
+UNSENT = "Object.keys(localStorage).filter((key) => key.startsWith('pebble:outbox:mill:')).length"
+"""How many answers and retractions the browser keeps to be sent, on the page."""
 GUARD_MS = 170
 """Longer than the page's own guard against a key that was meant for the pair before."""
 
@@ -61,13 +63,13 @@ class Hand:
 
     def saved(self) -> Hand:
         """Wait until the server has everything."""
-        self.until("run => (localStorage[`pebble:outbox:${run}`] ?? '[]') === '[]'", "mill")
+        self.until(f"{UNSENT} === 0")
         expect(self.page.locator("[data-saved]")).to_have_text("Saved")
         return self
 
     @property
     def unsent(self) -> int:
-        count: int = self.page.evaluate("JSON.parse(localStorage['pebble:outbox:mill'] ?? '[]').length")
+        count: int = self.page.evaluate(UNSENT)
         return count
 
     def hide(self, *, hidden: bool) -> None:

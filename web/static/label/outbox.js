@@ -3,13 +3,13 @@
 
 import { Refusal, SignedOut } from "./api.js";
 
-/** Under this and the run's name the browser keeps what is unsent. */
-export const UNSENT = "pebble:outbox:";
+/** Under this and its id the browser keeps what of the run is unsent. */
+export const unsentOf = (run) => `pebble:outbox:${run}:`;
 
 /** The runs, but that one, whose answers wait to be sent. */
 export function unsentBesides(run) {
-  const waiting = Object.keys(localStorage).filter((key) => localStorage.getItem(key) !== "[]");
-  return waiting.filter((key) => key.startsWith(UNSENT) && key !== UNSENT + run).map((key) => key.slice(UNSENT.length));
+  const found = Object.keys(localStorage).map((key) => /^pebble:outbox:([^:]+):/.exec(key)?.[1]);
+  return new Set(found.filter((other) => other && other !== run));
 }
 
 const FIRST_RETRY_MS = 500;
@@ -29,7 +29,7 @@ export class Outbox extends EventTarget {
   failures = 0;
   signedOut = false;
 
-  /** @param {import("./storage.js").Kept} kept @param {(item: Item) => Promise<any>} send */
+  /** @param {import("./storage.js").KeptItems} kept @param {(item: Item) => Promise<any>} send */
   constructor(kept, send) {
     super();
     this.kept = kept;
@@ -39,11 +39,11 @@ export class Outbox extends EventTarget {
 
   /** @returns {Item[]} */
   get items() {
-    return this.kept.get();
+    return this.kept.all;
   }
 
   add(item) {
-    this.kept.set([...this.items, item]);
+    this.kept.put(item);
     this.drain();
   }
 
@@ -57,8 +57,9 @@ export class Outbox extends EventTarget {
 
   /** A retraction brought the lease under which a later answer was given. */
   resolve(retractionId, leaseId) {
-    const bound = (item) => (item.lease_of === retractionId ? { ...item, lease_id: leaseId, lease_of: null } : item);
-    this.kept.set(this.items.map(bound));
+    for (const item of this.items.filter((item) => item.lease_of === retractionId)) {
+      this.kept.put({ ...item, lease_id: leaseId, lease_of: null });
+    }
   }
 
   retryNow() {
@@ -77,7 +78,7 @@ export class Outbox extends EventTarget {
 
   async #sendFirst() {
     const item = this.items[0];
-    this.kept.set(this.items.map((other) => (other.id === item.id ? { ...other, tried: true } : other)));
+    this.kept.put({ ...item, tried: true });
     try {
       const reply = await this.send(item);
       this.#reached();
@@ -118,7 +119,7 @@ export class Outbox extends EventTarget {
   }
 
   #remove(id) {
-    this.kept.set(this.items.filter((item) => item.id !== id));
+    this.kept.remove(id);
     this.dispatchEvent(new Event("change"));
   }
 }
