@@ -17,6 +17,7 @@ MENDABLE = {
     "SettingError",
     "ArtifactError",
     "CheckpointError",
+    "EnvironmentUnavailableError",
     "EvaluationError",
     "ExperimentError",
     "ExportError",

@@ -26,6 +26,10 @@ UNDRAWN = (
 )
 
 
+class EnvironmentUnavailableError(ValueError):
+    """A configuration's environment is not to be had here; the message says how it would be."""
+
+
 @dataclass(frozen=True)
 class CatalogueEntry:
     """An environment: sizes of its flat observation and action, time in seconds, what it asks for.

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from labels_db.catalogue import CatalogueEntry, entry
+from labels_db.catalogue import CatalogueEntry, EnvironmentUnavailableError, entry
 from labels_db.run_config.agents import PPO, SAC, AgentConfig
 from labels_db.run_config.base import Config, is_recorded, primary
 from labels_db.run_config.environments import DMControl, EnvironmentConfig
@@ -112,8 +112,11 @@ class RunConfig(Config):
 
     @property
     def catalogue_entry(self) -> CatalogueEntry:
-        """What is known of the environment without a simulator; ValueError where it is gone since."""
-        return entry(self.environment.name)
+        """What is known of the environment without a simulator; EnvironmentUnavailableError where it is gone since."""
+        try:
+            return entry(self.environment.name)
+        except ValueError as error:
+            raise EnvironmentUnavailableError(*self.caveats) from error
 
     @property
     def caveats(self) -> list[str]:

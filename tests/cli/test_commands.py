@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from labels_db.data_folder import DataFolder
+from labels_db.runs import get_run
 from tests.trainer.conftest import SMALL
 
 
@@ -64,6 +67,23 @@ def test_evaluate_export_replay_and_list(trained: tuple[Path, dict[str, object]]
     assert replayed.returncode == 0
     listed = json.loads(pebble("runs", "--json", data=data).stdout)
     assert [row["run"] for row in listed] == [run]
+
+
+@pytest.mark.parametrize("command", ["evaluate", "export-policy", "replay"])
+def test_a_policy_whose_environment_is_gone_is_told_in_one_line(
+    trained: tuple[Path, dict[str, object]], command: str, tmp_path: Path
+) -> None:
+    data = tmp_path / "data"
+    shutil.copytree(trained[0], data)
+    run = str(trained[1]["run"])
+    with DataFolder(data).open_database() as database, database.write() as session:
+        found = get_run(session, run)
+        found.config = {**found.config, "environment": {"kind": "gym", "id": "gone/Cart-v0"}}
+    file = [str(tmp_path / "p.onnx")] if command == "export-policy" else []
+    told = pebble(command, run, *file, data=data)
+    assert told.returncode == 2
+    assert "`pebble environments --add gym:gone/Cart-v0` brings it back" in told.stderr
+    assert "Traceback" not in told.stderr
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from labels_db.catalogue import catalogue
+from labels_db.catalogue import EnvironmentUnavailableError, catalogue
 from labels_db.run_config import MetaWorld
 from tests.environments.given import actions, started
 from trainer.environments import Environment, make_environment, without_gl
@@ -146,7 +146,7 @@ def test_without_meta_world_the_error_says_what_to_install(monkeypatch: pytest.M
             monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(sys, "meta_path", [NotInstalled(), *sys.meta_path])
     with pytest.raises(
-        ModuleNotFoundError, match=r"metaworld:drawer-close needs .*pebble-teach\[metaworld\]"
+        EnvironmentUnavailableError, match=r"metaworld:drawer-close needs .*pebble-teach\[metaworld\]"
     ):
         make_environment(MetaWorld())
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from types import MappingProxyType
 from typing import Any
 
+from labels_db.catalogue import EnvironmentUnavailableError
 from labels_db.run_config import (
     Behaviour,
     DMControl,
@@ -122,5 +123,8 @@ MAKERS: MappingProxyType[type, Callable[[Any], Environment]] = MappingProxyType(
 
 
 def make_environment(config: EnvironmentConfig) -> Environment:
-    """The environment of a configuration, not yet reset."""
-    return MAKERS[type(config)](config)
+    """The environment of a configuration, not yet reset; EnvironmentUnavailableError where it cannot be made here."""
+    try:
+        return MAKERS[type(config)](config)
+    except (ValueError, ModuleNotFoundError) as error:
+        raise EnvironmentUnavailableError(str(error)) from error

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from sqlalchemy import select
 
+from labels_db.catalogue import EnvironmentUnavailableError
 from labels_db.data_folder import DataFolder
 from labels_db.models import FeedbackSession, Query, Segment
 from labels_db.run_config import Clips, RunConfig
@@ -63,7 +64,7 @@ def _environment(config: RunConfig) -> Environment:
         raise NothingToShowError(*config.caveats)
     try:
         return make_environment(config.environment)
-    except (ValueError, ModuleNotFoundError) as error:
+    except EnvironmentUnavailableError as error:
         raise NothingToShowError(f"its environment cannot be made here any more: {error}") from error
 
 
