@@ -140,6 +140,13 @@ def retract_answer(
     return retraction, _lease_after(session, target.lease, now)
 
 
+def lease_of_answer(session: Session, answer_id: str) -> Lease | None:
+    """The lease under which that answer was given."""
+    return session.scalar(
+        select(Lease).join(Answer, Answer.lease_id == Lease.id).where(Answer.answer_id == answer_id)
+    )
+
+
 def _expect_unused(session: Session, answer_id: str) -> None:
     if session.scalar(select(Answer.id).where(Answer.answer_id == answer_id)) is not None:
         raise ConflictError(f"retraction id {answer_id}: already used for something else; make a new one")

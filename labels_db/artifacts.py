@@ -12,10 +12,15 @@ from labels_db.errors import NotFoundError
 from labels_db.models import Clip, Command, EvaluationResult
 
 
-def clip_of(session: Session, segment_id: int) -> Clip:
-    """The segment's rendered clip."""
+def content_of(clip: Clip) -> str:
+    """What tells its picture from any other's: segments are numbered from 1 in every data folder."""
+    return clip.checksum[:16]
+
+
+def clip_of(session: Session, segment_id: int, content: str | None = None) -> Clip:
+    """The segment's rendered clip, if it has that content."""
     clip = session.get(Clip, segment_id)
-    if clip is None:
+    if clip is None or content not in (None, content_of(clip)):
         raise NotFoundError(
             f"clip {segment_id}: there is none; its segment was never rendered", field="segment_id"
         )

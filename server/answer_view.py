@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from labels_db.history import AnswerRecord
 from labels_db.models import Answer, Choice, Clip, Segment
+from server.artifacts import clip_address
 
 CHOSEN = {
     Choice.FIRST: "Chose the first",
@@ -60,7 +61,7 @@ def _still(segment: Segment, name: str, chosen: bool) -> Still | None:
     if clip is None:
         return None
     return Still(
-        url=f"/artifacts/clips/{segment.id}",
+        url=clip_address(clip),
         window=_window(clip, clip.frames // 2),
         sheet_width=clip.columns * clip.width,
         sheet_height=clip.rows * clip.height,

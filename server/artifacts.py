@@ -8,8 +8,9 @@ from typing import Annotated
 from fastapi import APIRouter, Header
 from starlette.responses import Response
 
-from labels_db.artifacts import clip_of, export_of, video_of
+from labels_db.artifacts import clip_of, content_of, export_of, video_of
 from labels_db.feedback_sessions import fail_queries_showing
+from labels_db.models import Clip
 from labels_db.storage import ArtifactError
 from server.api_requests import Count, RunId
 from server.services import ServicesDep
@@ -21,12 +22,20 @@ RangeHeader = Annotated[str | None, Header(alias="range")]
 IfNoneMatch = Annotated[str | None, Header()]
 
 
+def clip_address(clip: Clip) -> str:
+    """Where browsers get a clip: one address for one picture, whatever data folder is served there next."""
+    return f"/artifacts/clips/{clip.segment_id}?content={content_of(clip)}"
+
+
 @router.get("/artifacts/clips/{segment_id}")
-def clip(segment_id: Count, services: ServicesDep, if_none_match: IfNoneMatch = None) -> Response:
-    """A segment's sprite sheet; its content never changes, so browsers may keep it."""
+def clip(
+    segment_id: Count, services: ServicesDep, content: str | None = None, if_none_match: IfNoneMatch = None
+) -> Response:
+    """A segment's sprite sheet; browsers may keep it under an address that names its content."""
     with services.database.read() as session:
-        found = clip_of(session, segment_id)
-    headers = {"ETag": f'"{found.checksum}"', "Cache-Control": FOREVER.replace("public", "private")}
+        found = clip_of(session, segment_id, content)
+    kept = FOREVER.replace("public", "private") if content else "private, no-cache"
+    headers = {"ETag": f'"{found.checksum}"', "Cache-Control": kept}
     if if_none_match == headers["ETag"]:
         return Response(status_code=304, headers=headers)
     try:

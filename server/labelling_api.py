@@ -9,11 +9,11 @@ from uuid import UUID
 from fastapi import APIRouter, Path, Request, Response
 from sqlalchemy.orm import Session
 
-from labels_db.answers import answer_query, retract_answer
-from labels_db.errors import NotFoundError
+from labels_db.answers import answer_query, lease_of_answer, retract_answer
+from labels_db.errors import ConflictError, NotFoundError
 from labels_db.labelling import NOBODY, expect_open, find_person, name_person, queue_of
 from labels_db.leases import labeller_named, lease_queries, own_lease, release_lease
-from labels_db.models import Answer, Lease, utc_now
+from labels_db.models import Answer, Lease, Run, utc_now
 from labels_db.runs import get_run
 from server.api_refusals import REFUSED, UNKNOWN, refusal
 from server.api_requests import RunId
@@ -21,6 +21,7 @@ from server.labelling_identity import PersonDep, remember
 from server.labelling_models import (
     AnsweredOut,
     AnswerIn,
+    Judged,
     LabellerIn,
     LabellerOut,
     LeasesIn,
@@ -30,7 +31,15 @@ from server.labelling_models import (
     RetractionIn,
     RowId,
 )
-from server.labelling_payload import leases_out, queue_now, recorded_answer, retraction_out, shown
+from server.labelling_payload import (
+    leases_out,
+    life_of,
+    on_screen,
+    queue_now,
+    recorded_answer,
+    retraction_out,
+    shown,
+)
 from server.services import Services, ServicesDep
 
 router = APIRouter(prefix="/api", tags=["labelling"], responses=REFUSED)
@@ -76,9 +85,7 @@ def retract(
     now = utc_now()
     with services.database.write() as session:
         me = labeller_named(session, person.name).id
-        retraction, reopened = record_retraction(
-            session, run_id, me, str(answer_id), str(wish.retraction_id), now
-        )
+        retraction, reopened = record_retraction(session, run_id, me, str(answer_id), wish, now)
         after = _next_leases(session, services, run_id, me, wish.count, now)
         return RetractedOut(
             retraction=retraction_out(retraction, str(answer_id)),
@@ -116,12 +123,13 @@ def be_somebody(
 
 def record_answer(session: Session, run_id: str, labeller_id: int, given: AnswerIn, now: datetime) -> Answer:
     """The answer as recorded, be it now or when the same answer id first came."""
-    expect_open(get_run(session, run_id))
-    lease_of_run(session, run_id, given.lease_id, labeller_id)
+    _expect_judged(get_run(session, run_id), given)
+    who = _speaks_for(session.get(Lease, given.lease_id), given.seen, labeller_id)
+    lease_of_run(session, run_id, given.lease_id, who)
     return answer_query(
         session,
         given.lease_id,
-        labeller_id,
+        who,
         answer_id=str(given.answer_id),
         pressed=given.pressed,
         now=now,
@@ -131,15 +139,37 @@ def record_answer(session: Session, run_id: str, labeller_id: int, given: Answer
 
 
 def record_retraction(
-    session: Session, run_id: str, labeller_id: int, target_id: str, retraction_id: str, now: datetime
+    session: Session, run_id: str, labeller_id: int, target_id: str, wish: RetractionIn, now: datetime
 ) -> tuple[Answer, Lease]:
     """The retraction as recorded, and the lease under which its pair is shown again."""
-    expect_open(get_run(session, run_id))
-    retraction, reopened = retract_answer(session, target_id, labeller_id, answer_id=retraction_id, now=now)
+    _expect_judged(get_run(session, run_id), wish)
+    who = _speaks_for(lease_of_answer(session, target_id), wish.seen, labeller_id)
+    retraction, reopened = retract_answer(session, target_id, who, answer_id=str(wish.retraction_id), now=now)
     if retraction.run_id != run_id:
         reason = f"answer {target_id}: not of run {run_id}, so it cannot be taken back there"
         raise NotFoundError(reason, field="answer_id")
     return retraction, reopened
+
+
+def _expect_judged(run: Run, judged: Judged) -> None:
+    """NotFoundError when another data folder's run of that name was judged, ConflictError when this one is over."""
+    if judged.life not in (None, life_of(run)):
+        raise NotFoundError(
+            f"run {run.id!r}: not the one that was on screen, which is in another data folder", field="run_id"
+        )
+    expect_open(run)
+
+
+def _speaks_for(lease: Lease | None, seen: tuple[str, str] | None, labeller_id: int) -> int:
+    """Whose answer it is: the name that a browser goes by may have changed since the pair was on its screen.
+
+    ConflictError for another pair than was seen: a backup brought back gives out the numbers of leases again.
+    """
+    if lease is None or seen is None:
+        return labeller_id
+    if on_screen(lease) != list(seen):
+        raise ConflictError(f"lease {lease.id}: it is of another pair than was on screen")
+    return lease.labeller_id
 
 
 def lease_of_run(session: Session, run_id: str, lease_id: int, labeller_id: int) -> Lease:

@@ -32,7 +32,22 @@ class LeasesIn(Asked):
     count: int = Field(4, ge=1, le=MAX_LEASES, description="Leases wanted in all, held ones included.")
 
 
-class AnswerIn(Asked):
+class Judged(Asked):
+    """What was on screen when somebody judged it; a client that does not say so is taken at its word."""
+
+    life: str | None = Field(
+        None,
+        max_length=400,
+        description="The queue's `life`: a run of that name in another data folder is refused.",
+    )
+    seen: tuple[str, str] | None = Field(
+        None,
+        description="Addresses of the left and the right clip. Whoever tells them speaks for the labeller to whom that"
+        " pair was lent, whatever name the client goes by now; the lease must be that pair's.",
+    )
+
+
+class AnswerIn(Judged):
     answer_id: UUID = Field(description="Made by the client; sent again, it changes nothing.")
     lease_id: RowId = Field(description="The lease under which the pair was shown.")
     pressed: Pressed = Field(description="The side preferred as shown, `equal`, or `skip` for cannot tell.")
@@ -41,7 +56,7 @@ class AnswerIn(Asked):
     count: int = Field(1, ge=0, le=MAX_LEASES, description="Leases wanted in the reply, held ones included.")
 
 
-class RetractionIn(Asked):
+class RetractionIn(Judged):
     retraction_id: UUID = Field(description="Made by the client; sent again, it changes nothing.")
     count: int = Field(1, ge=0, le=MAX_LEASES, description="Leases wanted in the reply, held ones included.")
 
@@ -103,6 +118,9 @@ class MessageOut(BaseModel):
 class QueueOut(BaseModel):
     """How far the run's answers have come, and what its queue waits for."""
 
+    life: str = Field(
+        description="The run's name and beginning; no other run has the same, in any data folder."
+    )
     state: RunState
     given: int = Field(description="Answers that count towards the budget.")
     budget: int

@@ -17,7 +17,7 @@ from labels_db.models import Pressed, utc_now
 from labels_db.records import fits_of
 from server.labelling_api import record_answer, record_retraction
 from server.labelling_identity import Person, person_of, remember
-from server.labelling_models import AnswerIn, ClipOut, LeaseOut, Moment, PersonName, RowId
+from server.labelling_models import AnswerIn, ClipOut, LeaseOut, Moment, PersonName, RetractionIn, RowId
 from server.labelling_payload import queue_out, shown
 from server.services import Services, ServicesDep
 from server.templating import render
@@ -149,7 +149,8 @@ def undo(
     with services.database.write() as session:
         me = labeller_named(session, person_of(request).name)
         try:
-            record_retraction(session, run_id, me.id, str(answer_id), str(retraction_id), utc_now())
+            wish = RetractionIn(retraction_id=retraction_id)
+            record_retraction(session, run_id, me.id, str(answer_id), wish, utc_now())
         except ConflictError:
             return _back(run_id)
     return _back(run_id, "undone")

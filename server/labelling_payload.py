@@ -8,8 +8,9 @@ from datetime import datetime
 from sqlalchemy.orm import Session
 
 from labels_db.labelling import Queue, load_clips, queue_of
-from labels_db.models import Answer, Lease, Segment
+from labels_db.models import Answer, Lease, Run, Segment
 from server.api_replies import GoalOut
+from server.artifacts import clip_address
 from server.labelling_message import empty_message
 from server.labelling_models import (
     ClipOut,
@@ -44,11 +45,18 @@ def lease_out(lease: Lease) -> LeaseOut:
     )
 
 
+def on_screen(lease: Lease) -> list[str]:
+    """The addresses of the left and the right clip, for as long as there are both."""
+    first, second = lease.query.first.clip, lease.query.second.clip
+    sides = (second, first) if lease.swapped else (first, second)
+    return [clip_address(clip) for clip in sides if clip]
+
+
 def _clip(segment: Segment) -> ClipOut:
     clip = segment.clip
     assert clip is not None, f"segment {segment.id} has no clip"
     return ClipOut(
-        url=f"/artifacts/clips/{segment.id}",
+        url=clip_address(clip),
         frames=clip.frames,
         rows=clip.rows,
         columns=clip.columns,
@@ -59,9 +67,15 @@ def _clip(segment: Segment) -> ClipOut:
     )
 
 
+def life_of(run: Run) -> str:
+    """What tells a run from one of the same name in another data folder."""
+    return f"{run.id}:{run.created_at.timestamp()}"
+
+
 def queue_out(queue: Queue, now: datetime) -> QueueOut:
     progress = queue.progress
     return QueueOut(
+        life=life_of(queue.run),
         state=queue.run.state,
         given=progress.given,
         budget=progress.budget,

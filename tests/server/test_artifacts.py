@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from server.artifacts import ranged
+from server.artifacts import clip_address, ranged
 from tests.server.conftest import Site
 from tests.web import demo
 
@@ -13,13 +13,28 @@ def test_a_clip_is_served_once_and_kept(site: Site) -> None:
     with site.database.write() as session:
         run = demo.queued(session, demo.WINDMILL)
         made = demo.segment(session, site.services.store, run.id, 1)
-    url = f"/artifacts/clips/{made.id}"
+        session.flush()
+        assert made.clip is not None
+        url = clip_address(made.clip)
     answer = site.client.get(url)
     assert (answer.status_code, answer.headers["content-type"]) == (200, "image/webp")
     assert "immutable" in answer.headers["cache-control"]
     again = site.client.get(url, headers={"If-None-Match": answer.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
     assert site.anonymous.get(url).status_code == 401
+
+
+def test_a_browser_keeps_a_clip_by_its_content_alone(site: Site) -> None:
+    """Another data folder, served at this address tomorrow, has other clips of the same numbers."""
+    with site.database.write() as session:
+        run = demo.queued(session, demo.WINDMILL)
+        made = demo.segment(session, site.services.store, run.id, 1)
+        session.flush()
+        assert made.clip is not None
+        address = clip_address(made.clip)
+    assert address.startswith(f"/artifacts/clips/{made.id}?content=")
+    assert site.client.get(address[:-1] + ("0" if address[-1] != "0" else "1")).status_code == 404
+    assert "no-cache" in site.client.get(f"/artifacts/clips/{made.id}").headers["cache-control"]
 
 
 def test_a_damaged_clip_is_not_served(site: Site) -> None:

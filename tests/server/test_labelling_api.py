@@ -95,8 +95,8 @@ def test_sides_are_swapped_as_the_lease_says(run: LabelRun, ann: TestClient) -> 
     assert straight["lease_id"] == swapped["lease_id"] == before["lease_id"]
     assert (straight["left"], straight["right"]) == (swapped["right"], swapped["left"])
     first, second = run.leases()[0].query.first_id, run.leases()[0].query.second_id
-    assert straight["left"]["url"] == f"/artifacts/clips/{first}"
-    assert swapped["left"]["url"] == f"/artifacts/clips/{second}"
+    assert straight["left"]["url"].startswith(f"/artifacts/clips/{first}?")
+    assert swapped["left"]["url"].startswith(f"/artifacts/clips/{second}?")
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -170,6 +170,55 @@ def test_somebody_elses_lease_is_refused(run: LabelRun, ann: TestClient, bob: Te
     assert answer(bob, lent["lease_id"]).status_code == 404
     assert bob.post(f"{RUN}/leases/{lent['lease_id']}/release").status_code == 404
     assert run.answers() == []
+
+
+def seen(lent: dict[str, Any]) -> list[str]:
+    return [lent[side]["url"] for side in ("left", "right")]
+
+
+def test_who_tells_what_was_on_screen_speaks_for_whom_it_was_lent_to(
+    run: LabelRun, ann: TestClient, bob: TestClient
+) -> None:
+    """The name that a browser goes by may have changed since."""
+    run.post(1)
+    [lent] = lease(ann)
+    given = answer(bob, lent["lease_id"], seen=seen(lent))
+    assert given.status_code == 200
+    assert [row.labeller_id for row in run.answers()] == [row.labeller_id for row in run.leases()]
+    taken_back = {"retraction_id": new_id(), "seen": seen(lent)}
+    path = f"{RUN}/answers/{given.json()['answer']['answer_id']}/retract"
+    again = bob.post(path, json=taken_back).json()["lease"]
+    assert bob.post(path, json=taken_back).json()["lease"] == again
+    assert answer(bob, again["lease_id"], "equal", seen=seen(again)).status_code == 200
+    assert set(run.standing().values()) == {"equal"}
+    assert len({row.labeller_id for row in run.answers()}) == 1
+
+
+def test_an_answer_to_a_run_of_that_name_elsewhere_is_told_apart(run: LabelRun, ann: TestClient) -> None:
+    """A page keeps it: its run is not here."""
+    run.post(1)
+    [lent] = lease(ann)
+    life = ann.get(f"{RUN}/queue").json()["life"]
+    refused = answer(ann, lent["lease_id"], seen=seen(lent), life=f"{life}1")
+    assert (refused.status_code, reason(refused)["field"]) == (404, "run_id")
+    given = answer(ann, lent["lease_id"], seen=seen(lent), life=life).json()["answer"]["answer_id"]
+    wish = {"retraction_id": new_id(), "life": f"{life}1"}
+    refused = ann.post(f"{RUN}/answers/{given}/retract", json=wish)
+    assert (refused.status_code, reason(refused)["field"]) == (404, "run_id")
+    assert len(run.standing()) == 1
+
+
+def test_an_answer_to_another_pair_than_the_lease_s_is_refused(run: LabelRun, ann: TestClient) -> None:
+    """A backup brought back gives out the numbers of leases again."""
+    run.post(2)
+    one, two = lease(ann, 2)
+    refused = answer(ann, one["lease_id"], seen=seen(two))
+    assert (refused.status_code, "another pair" in reason(refused)["reason"]) == (409, True)
+    assert answer(ann, one["lease_id"], seen=seen(one)[::-1]).status_code == 409
+    answered = answer(ann, one["lease_id"], seen=seen(one)).json()["answer"]["answer_id"]
+    wish = {"retraction_id": new_id(), "seen": seen(two)}
+    assert ann.post(f"{RUN}/answers/{answered}/retract", json=wish).status_code == 409
+    assert len(run.standing()) == 1
 
 
 def test_a_lease_of_another_run_is_refused(run: LabelRun, ann: TestClient) -> None:

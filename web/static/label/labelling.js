@@ -44,6 +44,8 @@ export class Labelling extends EventTarget {
       id,
       lease_id: pair.leaseId,
       lease_of: pair.leaseOf,
+      retracted: pair.retracted,
+      seen: pair.seen,
       pressed,
       shown_at: moment,
       goal: this.goal,
@@ -64,7 +66,8 @@ export class Labelling extends EventTarget {
   #retract({ answerId, pressed, pair }) {
     pair.leaseId = null;
     pair.leaseOf = newId();
-    this.outbox.add({ kind: "retract", id: pair.leaseOf, answer_id: answerId, pressed });
+    pair.retracted = answerId;
+    this.outbox.add({ kind: "retract", id: pair.leaseOf, answer_id: answerId, seen: pair.seen, pressed });
   }
 
   /** A retraction brought its pair's new lease, perhaps for an answer that already waits for it. */

@@ -22,14 +22,14 @@ import { unreachedSentence, View } from "./view.js";
 const SAID = { left: "Left preferred", right: "Right preferred", equal: "Equal", skip: "Cannot tell" };
 
 const root = document.querySelector("[data-label]");
-const run = root.dataset.run;
+const { run, life } = root.dataset;
 const one = (selector) => document.querySelector(selector);
 
 const api = new Api(run);
 const view = new View(root);
 const queue = new PairQueue();
-const history = new History(new Kept(sessionStorage, `pebble:history:${run}`, []));
-const outbox = new Outbox(new KeptItems(localStorage, unsentOf(run)), send);
+const history = new History(new Kept(sessionStorage, `pebble:history:${life}`, []));
+const outbox = new Outbox(new KeptItems(localStorage, unsentOf(life)), send);
 const keeper = new Keeper({ api, queue, outbox });
 const player = new Player(one("#left"), one("#right"), one("[data-position]"));
 const pace = new Pace(new Kept(sessionStorage, "pebble:pace", []));
@@ -45,13 +45,24 @@ let nothingWaits = false;
 /** What the keeper met instead of a state: `{error}` where it was refused, `{signedOut}` where it got no answer. */
 let failure = null;
 
-function send(item) {
-  const count = keeper.wanted;
-  if (item.kind === "retract") return api.retract(item.answer_id, { retraction_id: item.id, count });
-  const { id, lease_id, pressed, shown_at, goal } = item;
-  // A lease that a refused retraction never brought: nothing stands behind this answer any more.
-  if (lease_id === null) return Promise.reject(new Refusal("its pair was not lent again"));
-  return api.answer({ answer_id: id, lease_id, pressed, shown_at, goal_card_version: goal, count });
+async function send(item) {
+  const { id, seen } = item;
+  if (item.kind === "retract") return takeBack(item.answer_id, id, seen);
+  const { pressed, shown_at, goal } = item;
+  const lease_id = item.lease_id ?? (await leaseAfter(item));
+  const judged = { life, seen, pressed, shown_at, goal_card_version: goal };
+  return api.answer({ answer_id: id, lease_id, ...judged, count: keeper.wanted });
+}
+
+function takeBack(answerId, retractionId, seen) {
+  return api.retract(answerId, { retraction_id: retractionId, life, seen, count: keeper.wanted });
+}
+
+/** The lease that a retraction brought, perhaps to another tab: sent again, it says so and changes nothing. */
+async function leaseAfter({ retracted, lease_of, seen }) {
+  const { lease } = await takeBack(retracted, lease_of, seen);
+  if (!lease) throw new Refusal("its pair was not lent again");
+  return lease.lease_id;
 }
 
 /** Tabs of one browser share what is unsent, and one of them may be closed. */
@@ -146,6 +157,7 @@ outbox.addEventListener("refused", ({ detail: { item, error } }) => {
 });
 
 keeper.addEventListener("state", ({ detail }) => {
+  if (detail.life !== life) return location.reload(); // another data folder is served here now
   state = detail;
   labelling.goal = state.goal?.version;
   view.setGoal(state.goal);

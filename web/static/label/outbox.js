@@ -3,8 +3,11 @@
 
 import { Refusal, SignedOut } from "./api.js";
 
-/** Under this and its id the browser keeps what of the run is unsent. */
-export const unsentOf = (run) => `pebble:outbox:${run}:`;
+/**
+ * Under this and its id the browser keeps what of a run is unsent. Its life is its name and its beginning: another
+ * data folder may have a run of that name, which gets none of these answers.
+ */
+export const unsentOf = (life) => `pebble:outbox:${life}:`;
 
 /** The runs, but that one, whose answers wait to be sent. */
 export function unsentBesides(run) {
@@ -16,9 +19,9 @@ const FIRST_RETRY_MS = 500;
 const LAST_RETRY_MS = 15_000;
 
 /**
- * @typedef {{kind: "answer", id: string, lease_id: number | null, lease_of: string | null, pressed: string,
- *   shown_at: string, goal: number | undefined, tried?: boolean}} AnswerItem
- * @typedef {{kind: "retract", id: string, answer_id: string, pressed: string, tried?: boolean}} RetractItem
+ * @typedef {{kind: "answer", id: string, lease_id: number | null, lease_of: string | null, retracted: string | null,
+ *   seen: string[], pressed: string, shown_at: string, goal: number | undefined, tried?: boolean}} AnswerItem
+ * @typedef {{kind: "retract", id: string, answer_id: string, seen: string[], pressed: string, tried?: boolean}} RetractItem
  * @typedef {AnswerItem | RetractItem} Item
  */
 

@@ -16,11 +16,13 @@ export class Pair {
   /** @type {{left: ImageBitmap, right: ImageBitmap} | null} */
   sheets = null;
 
-  /** @param {{lease_id: number | null, lease_of?: string | null, query_id: number, left: Clip, right: Clip}} lease */
+  /** @param {{lease_id: number | null, lease_of?: string | null, retracted?: string | null, query_id: number, left: Clip, right: Clip}} lease */
   constructor(lease) {
     this.leaseId = lease.lease_id;
     /** The retraction that will bring a new lease, while `leaseId` is null. */
     this.leaseOf = lease.lease_of ?? null;
+    /** The answer that it takes back. */
+    this.retracted = lease.retracted ?? null;
     this.queryId = lease.query_id;
     this.left = lease.left;
     this.right = lease.right;
@@ -28,6 +30,11 @@ export class Pair {
 
   get ready() {
     return this.sheets !== null;
+  }
+
+  /** What is on screen, left and right: an answer says so, whoever the browser takes itself for when it is sent. */
+  get seen() {
+    return [this.left.url, this.right.url];
   }
 
   /** Fetch and decode both sheets, once. */
@@ -59,8 +66,8 @@ export class Pair {
   }
 
   toJSON() {
-    const { leaseId, leaseOf, queryId, left, right } = this;
-    return { lease_id: leaseId, lease_of: leaseOf, query_id: queryId, left, right };
+    const { leaseId, leaseOf, retracted, queryId, left, right } = this;
+    return { lease_id: leaseId, lease_of: leaseOf, retracted, query_id: queryId, left, right };
   }
 }
 
