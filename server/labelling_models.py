@@ -119,7 +119,7 @@ class QueueOut(BaseModel):
     """How far the run's answers have come, and what its queue waits for."""
 
     life: str = Field(
-        description="The run's name and beginning; no other run has the same, in any data folder."
+        description="The run's name and beginning: a run of that name in another data folder began at another time."
     )
     state: RunState
     given: int = Field(description="Answers that count towards the budget.")

@@ -6,7 +6,7 @@ import uuid
 from datetime import datetime
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Form, Request
+from fastapi import APIRouter, Depends, Form, Request
 from sqlalchemy.orm import Session
 from starlette.responses import RedirectResponse, Response
 
@@ -17,8 +17,17 @@ from labels_db.models import Pressed, utc_now
 from labels_db.records import fits_of
 from server.labelling_api import record_answer, record_retraction
 from server.labelling_identity import Person, person_of, remember
-from server.labelling_models import AnswerIn, ClipOut, LeaseOut, Moment, PersonName, RetractionIn, RowId
-from server.labelling_payload import queue_out, shown
+from server.labelling_models import (
+    AnswerIn,
+    ClipOut,
+    Judged,
+    LeaseOut,
+    Moment,
+    PersonName,
+    RetractionIn,
+    RowId,
+)
+from server.labelling_payload import on_screen, queue_out, shown
 from server.services import Services, ServicesDep
 from server.templating import render
 
@@ -26,7 +35,7 @@ router = APIRouter(prefix="/runs/{run_id}/label", include_in_schema=False)
 
 STRIP_FRAMES = 8
 NOTES = {
-    "lost": "That pair was answered already, so nothing was recorded twice. Here is the next one.",
+    "lost": "That pair was answered already, or is another one by now, so nothing was recorded. Here is the next one.",
     "undone": "Taken back. Here is that pair again.",
 }
 
@@ -54,7 +63,9 @@ def _page_context(session: Session, services: Services, run_id: str, person: Per
         "person": person,
         "pair": _first_pair(session, services, queue, me, now),
         "strip": strip,
-        "undoable": undoable and undoable.answer_id,
+        "undoable": undoable
+        and undoable.lease
+        and {"answer_id": undoable.answer_id, "seen": on_screen(undoable.lease)},
         # The forms' own ids, so that a form sent twice counts once.
         "answer_id": uuid.uuid4(),
         "retraction_id": uuid.uuid4(),
@@ -116,6 +127,13 @@ def _render(request: Request, template: str, **context: Any) -> Response:
     return render(request, template, headers={"Cache-Control": "no-store"}, **context)
 
 
+def judged_by_form(
+    life: Annotated[str, Form(max_length=400)], left: Annotated[str, Form()], right: Annotated[str, Form()]
+) -> Judged:
+    """What the form's own page showed."""
+    return Judged(life=life, seen=(left, right))
+
+
 @router.post("/answer")
 def answer(
     request: Request,
@@ -124,10 +142,12 @@ def answer(
     lease_id: Annotated[RowId, Form()],
     answer_id: Annotated[uuid.UUID, Form()],
     pressed: Annotated[Pressed, Form()],
+    judged: Annotated[Judged, Depends(judged_by_form)],
     shown_at: Annotated[Moment | None, Form()] = None,
 ) -> Response:
     """Record an answer given by a form, then show the next pair."""
-    given = AnswerIn(answer_id=answer_id, lease_id=lease_id, pressed=pressed, shown_at=shown_at)
+    told = judged.model_dump()
+    given = AnswerIn(answer_id=answer_id, lease_id=lease_id, pressed=pressed, shown_at=shown_at, **told)
     try:
         with services.database.write() as session:
             me = labeller_named(session, person_of(request).name)
@@ -144,12 +164,13 @@ def undo(
     services: ServicesDep,
     answer_id: Annotated[uuid.UUID, Form()],
     retraction_id: Annotated[uuid.UUID, Form()],
+    judged: Annotated[Judged, Depends(judged_by_form)],
 ) -> Response:
     """Take an answer back by a form, then show its pair again."""
     with services.database.write() as session:
         me = labeller_named(session, person_of(request).name)
         try:
-            wish = RetractionIn(retraction_id=retraction_id)
+            wish = RetractionIn(retraction_id=retraction_id, **judged.model_dump())
             record_retraction(session, run_id, me.id, str(answer_id), wish, utc_now())
         except ConflictError:
             return _back(run_id)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, Route
+from playwright.sync_api import Page, Route, expect
 from sqlalchemy import select
 
 from labels_db.data_folder import DataFolder
@@ -181,3 +181,44 @@ def test_an_answer_waits_for_its_own_data_folder(
     sign_in(page_alone, ours)
     Hand(page_alone, ours.url, run).look().saved()
     assert len(run.answers()) == 1
+
+
+def test_a_page_shows_nothing_of_another_data_folder(
+    run: LabelRun, ours: Serving, other: Serving, page_alone: Page
+) -> None:
+    """Whoever wants its pairs reloads the page: what this one keeps is of its own folder."""
+    sign_in(page_alone, ours)
+    run.post(4)
+    hand = Hand(page_alone, ours.url, run).open()
+    page_alone.route("**/answers", lambda route: route.abort())
+    hand.answer("ArrowLeft")
+    anew = begun(other)
+    anew.post(4)
+    take_the_place(of=ours, other=other)
+    beside = page_alone.context.new_page()
+    sign_in(beside, other)
+    beside.close()
+    page_alone.unroute("**/answers")
+    hand.hide(hidden=True)
+    hand.hide(hidden=False)
+    expect(page_alone.locator("[data-sentence]")).to_contain_text("Another data folder is served here now.")
+    online(page_alone)
+    hand.press("ArrowUp")
+    page_alone.wait_for_timeout(300)
+    assert (hand.unsent, run.answers(), anew.answers()) == (1, [], [])
+    page_alone.reload()
+    there = Hand(page_alone, other.url, anew).wait_for_pair()
+    there.press("ArrowUp")
+    there.until("document.querySelector('[data-saved]').textContent === 'Saved'")
+    assert list(anew.standing().values()) == ["equal"]
+
+
+@pytest.mark.browser_context_args(java_script_enabled=False)
+def test_a_form_counts_though_the_name_has_changed(hand: Hand, run: LabelRun, page: Page) -> None:
+    run.post(2)
+    run.lend_to("Ann", count=2, swapped=False)
+    hand.look()
+    page.context.add_cookies([{"name": "pebble_labeller", "value": "Bea", "url": hand.url}])
+    page.get_by_role("button", name="Left", exact=True).click()
+    assert run.standing() == {0: "first"}
+    assert len({answer.labeller_id for answer in run.answers()}) == 1

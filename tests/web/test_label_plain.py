@@ -31,7 +31,8 @@ def test_without_scripts_forms_answer(hand: Hand, run: LabelRun, page: Page) -> 
     expect(page.get_by_text("Taken back.")).to_be_visible()
     page.get_by_role("button", name="Equal", exact=True).click()
     assert run.standing() == {0: "second", 1: "equal"}
-    form = {field: page.locator(f"[name={field}]").first.input_value() for field in ("lease_id", "answer_id")}
+    fields = ("lease_id", "answer_id", "life", "left", "right")
+    form = {field: page.locator(f"[name={field}]").first.input_value() for field in fields}
     page.get_by_role("button", name="Right", exact=True).click()
     assert run.standing() == {0: "second", 1: "equal", 2: "first"}
     expect(page.locator(".plain-empty")).to_contain_text("being drawn")

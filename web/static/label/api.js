@@ -2,6 +2,8 @@
 
 const PATIENCE_MS = 10_000;
 
+const ELSEWHERE = "Another data folder is served here now. Reload the page to label its run of this name.";
+
 /** What Pebble says no with to what it understood: no such lease, answered already, does not fit. */
 const REFUSING = new Set([404, 409, 422]);
 
@@ -38,9 +40,10 @@ export class SignedOut extends Unreachable {
 export class Api {
   #turn = 0;
 
-  /** @param {string} run */
-  constructor(run) {
+  /** @param {string} run @param {string} life the run's name and beginning */
+  constructor(run, life) {
     this.base = `/api/runs/${encodeURIComponent(run)}`;
+    this.life = life;
   }
 
   queue = () => this.#call("GET", `${this.base}/queue`);
@@ -73,6 +76,9 @@ export class Api {
       signal: AbortSignal.timeout(PATIENCE_MS),
     });
     const said = await reply.json().catch((error) => Promise.reject(new Unreachable(error.message)));
+    const life = (said.queue ?? said).life;
+    // Its pairs are not to be shown here: answers to them would wait for the folder that this page is of.
+    if (life && life !== this.life) throw new Refusal(ELSEWHERE, { status: 404, field: "run_id" });
     return { ...said, turn };
   }
 

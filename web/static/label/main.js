@@ -10,7 +10,7 @@ import { listenToKeys } from "./keys.js";
 import { labellerForm } from "./labeller.js";
 import { Labelling } from "./labelling.js";
 import { nod } from "./motion.js";
-import { Outbox, unsentBesides, unsentOf } from "./outbox.js";
+import { Outbox, unsentOf } from "./outbox.js";
 import { Player } from "./player.js";
 import { Pace, progressText, unsentCount } from "./progress.js";
 import { PairQueue } from "./queue.js";
@@ -25,7 +25,7 @@ const root = document.querySelector("[data-label]");
 const { run, life } = root.dataset;
 const one = (selector) => document.querySelector(selector);
 
-const api = new Api(run);
+const api = new Api(run, life);
 const view = new View(root);
 const queue = new PairQueue();
 const history = new History(new Kept(sessionStorage, `pebble:history:${life}`, []));
@@ -71,12 +71,6 @@ function sendWhatAnotherTabLeft() {
   queue.exclude(leasesOf(outbox.items));
   view.beginSaving();
   outbox.drain();
-}
-
-/** They were given under the present name. A run that is not here, perhaps of another data folder, holds nobody up. */
-async function expectNothingUnsent(other) {
-  const error = await new Api(other).queue().then(() => null, (error) => error);
-  if (!error?.ofRun) throw new Error(`Answers in ${other} are not sent yet: open its labelling page first.`);
 }
 
 function leasesOf(items) {
@@ -157,7 +151,6 @@ outbox.addEventListener("refused", ({ detail: { item, error } }) => {
 });
 
 keeper.addEventListener("state", ({ detail }) => {
-  if (detail.life !== life) return location.reload(); // another data folder is served here now
   state = detail;
   labelling.goal = state.goal?.version;
   view.setGoal(state.goal);
@@ -201,7 +194,6 @@ labellerForm(one("[data-labeller]"), {
   say: (text) => view.say(text),
   rename: async (name) => {
     if (outbox.items.length) throw new Error("Your last answers are still being sent; try again in a moment.");
-    for (const other of unsentBesides(run)) await expectNothingUnsent(other);
     await api.beNamed(name);
     history.clear();
     named.set(name);

@@ -9,12 +9,6 @@ import { Refusal, SignedOut } from "./api.js";
  */
 export const unsentOf = (life) => `pebble:outbox:${life}:`;
 
-/** The runs, but that one, whose answers wait to be sent. */
-export function unsentBesides(run) {
-  const found = Object.keys(localStorage).map((key) => /^pebble:outbox:([^:]+):/.exec(key)?.[1]);
-  return new Set(found.filter((other) => other && other !== run));
-}
-
 const FIRST_RETRY_MS = 500;
 const LAST_RETRY_MS = 15_000;
 
