@@ -20,10 +20,12 @@ def content_of(clip: Clip) -> str:
 def clip_of(session: Session, segment_id: int, content: str | None = None) -> Clip:
     """The segment's rendered clip, if it has that content."""
     clip = session.get(Clip, segment_id)
-    if clip is None or content not in (None, content_of(clip)):
+    if clip is None:
         raise NotFoundError(
             f"clip {segment_id}: there is none; its segment was never rendered", field="segment_id"
         )
+    if content not in (None, content_of(clip)):
+        raise NotFoundError(f"clip {segment_id}: it is another one than {content}", field="content")
     return clip
 
 

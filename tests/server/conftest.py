@@ -13,9 +13,12 @@ from fastapi.testclient import TestClient
 from labels_db.data_folder import DataFolder
 from labels_db.database import Database
 from labels_db.models import Base
+from labels_db.storage import ArtifactStore
 from server.app import create_app
 from server.services import Services
 from server.token import access_token
+from tests.labelling_rig import LabelRun
+from tests.server.labelling_client import client
 
 BASE = "http://127.0.0.1:8000"
 
@@ -66,3 +69,21 @@ def site(installation: tuple[DataFolder, FastAPI]) -> Iterator[Site]:
     with made.database.write() as session:
         for table in reversed(Base.metadata.sorted_tables):
             session.execute(table.delete())
+
+
+@pytest.fixture
+def run(database: Database, store: ArtifactStore) -> LabelRun:
+    """A run that asks people, without a trainer behind it."""
+    return LabelRun(database, store).begin()
+
+
+@pytest.fixture
+def ann(data: DataFolder) -> Iterator[TestClient]:
+    with client(data, "Ann") as made:
+        yield made
+
+
+@pytest.fixture
+def bob(data: DataFolder) -> Iterator[TestClient]:
+    with client(data, "Bob") as made:
+        yield made

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import pytest
 
+from labels_db.models import Clip
 from server.artifacts import clip_address, ranged
 from tests.server.conftest import Site
 from tests.web import demo
 
 
-def test_a_clip_is_served_once_and_kept(site: Site) -> None:
+def drawn(site: Site) -> Clip:
+    """A segment's clip, in the record and in the store."""
     with site.database.write() as session:
         run = demo.queued(session, demo.WINDMILL)
         made = demo.segment(session, site.services.store, run.id, 1)
         session.flush()
         assert made.clip is not None
-        url = clip_address(made.clip)
+        return made.clip
+
+
+def test_a_clip_is_served_once_and_kept(site: Site) -> None:
+    url = clip_address(drawn(site))
     answer = site.client.get(url)
     assert (answer.status_code, answer.headers["content-type"]) == (200, "image/webp")
     assert "immutable" in answer.headers["cache-control"]
@@ -26,24 +32,17 @@ def test_a_clip_is_served_once_and_kept(site: Site) -> None:
 
 def test_a_browser_keeps_a_clip_by_its_content_alone(site: Site) -> None:
     """Another data folder, served at this address tomorrow, has other clips of the same numbers."""
-    with site.database.write() as session:
-        run = demo.queued(session, demo.WINDMILL)
-        made = demo.segment(session, site.services.store, run.id, 1)
-        session.flush()
-        assert made.clip is not None
-        address = clip_address(made.clip)
-    assert address.startswith(f"/artifacts/clips/{made.id}?content=")
+    clip = drawn(site)
+    address = clip_address(clip)
+    assert address.startswith(f"/artifacts/clips/{clip.segment_id}?content=")
     assert site.client.get(address[:-1] + ("0" if address[-1] != "0" else "1")).status_code == 404
-    assert "no-cache" in site.client.get(f"/artifacts/clips/{made.id}").headers["cache-control"]
+    assert "no-cache" in site.client.get(f"/artifacts/clips/{clip.segment_id}").headers["cache-control"]
 
 
 def test_a_damaged_clip_is_not_served(site: Site) -> None:
-    with site.database.write() as session:
-        run = demo.queued(session, demo.WINDMILL)
-        made = demo.segment(session, site.services.store, run.id, 1)
-        assert made.clip is not None
-        site.services.store.write(made.clip.artifact_key, b"something else")
-    answer = site.client.get(f"/artifacts/clips/{made.id}")
+    clip = drawn(site)
+    site.services.store.write(clip.artifact_key, b"something else")
+    answer = site.client.get(clip_address(clip))
     assert answer.status_code == 404
     assert "damaged" in answer.text
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -118,7 +118,7 @@ class Asking:
 
     def before_step(self, step: int) -> int | None:
         self.training.step = step
-        return self.feedback.before_step(self.training)  # type: ignore[arg-type]
+        return self.feedback.before_step(cast("Any", self.training))
 
 
 def feedback(lab: Lab, *, draws: bool = True, lengths: Sequence[int] = (999, 999), **settings: Any) -> Asking:
@@ -126,17 +126,18 @@ def feedback(lab: Lab, *, draws: bool = True, lengths: Sequence[int] = (999, 999
     config = small_config(feedback__teacher__kind="human", **settings)
     lab.request(config)
     claim = lab.claim()
+    nothing: Any = None  # no model chooses here, and no answer is read
     asker = Asker(
-        config=config.feedback,  # type: ignore[arg-type]
+        config=cast("Any", config.feedback),
         record=SessionRecord(lab.database, claim),
-        progress=Listening(lab.database),  # type: ignore[arg-type]
+        progress=cast("Any", Listening(lab.database)),
         sampler=PairSampler(pool(lengths), config.segment_steps, np.random.default_rng(1)),
-        model=None,  # type: ignore[arg-type]
-        answered=None,  # type: ignore[arg-type]
+        model=nothing,
+        answered=nothing,
         desk=PostingDesk(lab.database, claim, draws),
         so_far=AskingState.at_first(config.exploration.ends_at),
     )
-    anything = Chosen(None, "uniform", None)  # type: ignore[arg-type]
+    anything = Chosen(nothing, "uniform", None)
     vars(asker)["_choose"] = lambda _training, count: [anything] * count
     rule, pace = rule_and_pace(asker.config, config.total_steps)
     return Asking(FromTeacher(asker, rule, pace, config.total_steps), AtStep(lab.database))
@@ -209,7 +210,7 @@ def test_a_session_of_which_nothing_could_be_drawn_is_stepped_over(lab: Lab) -> 
 def test_one_pair_that_cannot_be_drawn_does_not_silence_it(lab: Lab) -> None:
     asking = feedback(lab, draws=False, feedback__kind="continuous", feedback__fresh_steps=500)
     asking.before_step(FIRST)
-    asking.asker.desk.draws = True  # type: ignore[attr-defined]
+    vars(asking.asker.desk)["draws"] = True
     for step in range(FIRST + 1, FIRST + 20):
         asking.before_step(step)
         answer_everything(lab.database)
@@ -262,6 +263,6 @@ def test_it_is_not_told_before_episodes_are_over_or_where_some_are_long_enough(
 @KINDS
 def test_it_is_not_told_where_nothing_is_to_be_asked_any_more(lab: Lab, kind: str) -> None:
     asking = feedback(lab, lengths=[9, 9], feedback__kind=kind, **H)
-    asking.asker.remaining = lambda: 0  # type: ignore[method-assign]
+    vars(asking.asker)["remaining"] = lambda: 0
     asking.before_step(FIRST)
     assert told(lab) == []
